@@ -1,0 +1,58 @@
+"""Free segments, turning points and sliding mode, as in Hassani et al. 2018.
+
+Path planning and path tracking for a Khepera IV robot among known
+obstacles. Everything is in metres, seconds and radians.
+"""
+
+from importlib import import_module
+
+from freeseg import metrics
+from freeseg.errors import (
+    FreesegError,
+    InvalidParameter,
+    InvalidQuery,
+    InvalidWorld,
+    NoPath,
+    Trapped,
+)
+from freeseg.path import Path
+from freeseg.planners import plan
+from freeseg.reference import make_reference, tracking_error
+from freeseg.robot import KheperaIV
+from freeseg.segments import free_segments
+from freeseg.simulate import simulate
+from freeseg.trackers import SlidingMode
+from freeseg.world import Disc, Polygon, World, load_cases, load_table
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Disc",
+    "FreesegError",
+    "InvalidParameter",
+    "InvalidQuery",
+    "InvalidWorld",
+    "KheperaIV",
+    "NoPath",
+    "Path",
+    "Polygon",
+    "SlidingMode",
+    "Trapped",
+    "World",
+    "free_segments",
+    "load_cases",
+    "load_table",
+    "make_reference",
+    "metrics",
+    "plan",
+    "plotting",
+    "simulate",
+    "tracking_error",
+]
+
+
+def __getattr__(name):
+    """Import `plotting` when it is first asked for: Matplotlib is slow to load."""
+    if name == "plotting":
+        return import_module("freeseg.plotting")
+    raise AttributeError(f"module 'freeseg' has no attribute {name!r}")

@@ -1,0 +1,67 @@
+"""The one reader of the CSV files in ``data/``."""
+
+import csv
+import math
+from pathlib import Path
+
+from freeseg.errors import InvalidWorld
+
+DATA = Path(__file__).resolve().parent.parent / "data"
+
+
+def read_csv(path, columns):
+    """Rows of a CSV file, with every value checked and converted.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its first line names the columns.
+    columns : dict
+        Column name to ``str``, ``int`` or ``float``. Further columns in the
+        file are ignored.
+
+    Returns
+    -------
+    list of dict
+        One dict a row, with the columns asked for and ``"row"``, the line
+        number in the file.
+
+    Raises
+    ------
+    InvalidWorld
+        Where the file or a column is missing, the file has no row, or a value
+        is absent or not a finite number; file, row and value are named.
+    """
+    path = Path(path)
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            found = reader.fieldnames or []
+            lines = [(reader.line_num, line) for line in reader]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InvalidWorld(
+            f"{path.name} cannot be read ({error}); expected a CSV file at {path}"
+        ) from error
+    missing = [name for name in columns if name not in found]
+    if missing:
+        raise InvalidWorld(f"{path.name} has no column {missing[0]!r}; its columns are {found}")
+    if not lines:
+        raise InvalidWorld(f"{path.name} has no rows below its header; add at least one")
+
+    def convert(name, kind, number, text):
+        try:
+            value = kind(text or "")
+            if not (value.strip() if kind is str else math.isfinite(value)):
+                raise ValueError
+        except (TypeError, ValueError):
+            wanted = {str: "some text", int: "a whole number", float: "a finite number"}[kind]
+            raise InvalidWorld(
+                f"{path.name}, row {number}, column {name!r}: {text!r} is not {wanted}"
+            ) from None
+        return value
+
+    return [
+        {"row": number}
+        | {name: convert(name, kind, number, line[name]) for name, kind in columns.items()}
+        for number, line in lines
+    ]

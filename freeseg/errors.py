@@ -1,0 +1,35 @@
+"""The errors that freeseg raises; each message names the value and the remedy."""
+
+
+class FreesegError(Exception):
+    """Base of every error that freeseg raises on purpose."""
+
+
+class InvalidWorld(FreesegError, ValueError):
+    """The obstacles, or the data file that describes them, make no sense."""
+
+
+class InvalidQuery(FreesegError, ValueError):
+    """The start or the goal is not a free position."""
+
+
+class InvalidParameter(FreesegError, ValueError):
+    """A robot, margin, speed, gain, time step or path is out of its range."""
+
+
+class NoPath(FreesegError):
+    """There is no path for this robot and margin: the search proved it."""
+
+
+class Trapped(FreesegError):
+    """A planner that proves nothing found no safe path.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        What it tried.
+    """
+
+    def __init__(self, message, steps=()):
+        super().__init__(message)
+        self.steps = tuple(steps)

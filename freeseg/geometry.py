@@ -1,0 +1,209 @@
+"""Plane geometry on arrays: angles, tangents of oriented circles, distances.
+
+Every function broadcasts. Points are ``(..., 2)``, segments ``(..., 2, 2)``.
+"""
+
+import numpy as np
+
+#: Stands for zero where a length of zero would be divided by.
+TINY = np.finfo(float).tiny
+
+
+def wrap_angle(angle):
+    """Angle brought into (-pi, pi].
+
+    Parameters
+    ----------
+    angle : array_like
+        Angle (rad).
+
+    Examples
+    --------
+    >>> float(wrap_angle(3 * np.pi))
+    3.141592653589793
+    """
+    return np.pi - np.mod(np.pi - np.asarray(angle, float), 2 * np.pi)
+
+
+def unit(angle):
+    """Unit vector(s) at an angle (rad), shape ``(..., 2)``."""
+    angle = np.asarray(angle, float)
+    vector = np.empty((*angle.shape, 2))
+    np.cos(angle, out=vector[..., 0])
+    np.sin(angle, out=vector[..., 1])
+    return vector
+
+
+def angle_of(vector):
+    """Direction (rad) of vector(s) of shape ``(..., 2)``."""
+    vector = np.asarray(vector, float)
+    return np.arctan2(vector[..., 1], vector[..., 0])
+
+
+def cross(a, b):
+    """Third component of the cross product of plane vectors ``(..., 2)``."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def tangents(center_a, signed_a, center_b, signed_b):
+    """Tangent lines from oriented circles to oriented circles.
+
+    A circle's orientation is the sign of its radius: positive is driven
+    round counter-clockwise (centre on the left), negative clockwise, and a
+    radius of zero is a point. Two oriented circles have one common tangent
+    along which the robot can leave the first and join the second.
+
+    Parameters
+    ----------
+    center_a, center_b : array_like, shape (..., 2)
+        Centres (m).
+    signed_a, signed_b : array_like, shape (...)
+        Signed radii (m).
+
+    Returns
+    -------
+    leave, join : ndarray, shape (..., 2)
+        Where the tangent leaves a and joins b (m); NaN where one circle
+        contains the other and no such line exists.
+
+    Examples
+    --------
+    A point 5 m from the centre of a circle of radius 3 m: the tangent has
+    length 4 m.
+
+    >>> leave, join = tangents((0, 0), 0, (5, 0), 3)
+    >>> float(round(np.hypot(*(join - leave)), 12))
+    4.0
+    """
+    center_a, center_b = np.asarray(center_a, float), np.asarray(center_b, float)
+    signed_a, signed_b = np.asarray(signed_a, float), np.asarray(signed_b, float)
+    delta = center_b - center_a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = np.hypot(delta[..., 0], delta[..., 1])
+        # The left normal n of the line satisfies n.(b - a) = signed_b - signed_a.
+        sine = (signed_b - signed_a) / distance
+        cosine = np.sqrt(1 - sine**2)
+        along = delta / distance[..., None]
+    normal = np.stack(
+        [
+            sine * along[..., 0] - cosine * along[..., 1],
+            cosine * along[..., 0] + sine * along[..., 1],
+        ],
+        axis=-1,
+    )
+    return center_a - signed_a[..., None] * normal, center_b - signed_b[..., None] * normal
+
+
+def arc_sweep(center, sense, first, last):
+    """Signed angle driven round a centre from one point to another.
+
+    Parameters
+    ----------
+    center, first, last : array_like, shape (..., 2)
+        Centre, and points on the circle (m).
+    sense : array_like, shape (...)
+        1 counter-clockwise, -1 clockwise.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Angle (rad), of the sign of `sense`, smaller than a whole turn.
+    """
+    return sense * np.mod(
+        sense * (angle_of(np.subtract(last, center)) - angle_of(np.subtract(first, center))),
+        2 * np.pi,
+    )
+
+
+def point_segment_distance(points, segments):
+    """Distance from points to segments.
+
+    Parameters
+    ----------
+    points : array_like, shape (..., 2)
+        Points (m).
+    segments : array_like, shape (..., 2, 2)
+        Both ends of every segment (m); a segment may have length zero.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Distance (m).
+    """
+    points, segments = np.asarray(points, float), np.asarray(segments, float)
+    tail = segments[..., 0, :]
+    along = segments[..., 1, :] - tail
+    from_tail = points - tail
+    share = (from_tail * along).sum(-1) / np.maximum((along**2).sum(-1), TINY)
+    gap = from_tail - np.clip(share, 0, 1)[..., None] * along
+    return np.hypot(gap[..., 0], gap[..., 1])
+
+
+def segment_segment_distance(a, b):
+    """Distance between segments; zero where they cross.
+
+    Parameters
+    ----------
+    a, b : array_like, shape (..., 2, 2)
+        Both ends of every segment (m).
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Distance (m).
+    """
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    from_ends_of_a = point_segment_distance(a, b[..., None, :, :])
+    from_ends_of_b = point_segment_distance(b, a[..., None, :, :])
+    apart = np.minimum(from_ends_of_a.min(-1), from_ends_of_b.min(-1))
+    # They cross where the ends of each lie on both sides of the other.
+    tail_a, tail_b = a[..., 0, :], b[..., 0, :]
+    along_a, along_b = a[..., 1, :] - tail_a, b[..., 1, :] - tail_b
+    sides_of_a = cross(along_a, tail_b - tail_a) * cross(along_a, b[..., 1, :] - tail_a)
+    sides_of_b = cross(along_b, tail_a - tail_b) * cross(along_b, a[..., 1, :] - tail_b)
+    return np.where((sides_of_a < 0) & (sides_of_b < 0), 0.0, apart)
+
+
+def arc_segment_distance(center, radius, start_angle, sweep, segments):
+    """Distance from arcs to segments, in closed form.
+
+    The nearest pair is an end of one and a point of the other, or lies on
+    the ray from the centre through its foot on the segment, or is a
+    crossing; the smallest of these distances is the answer.
+
+    Parameters
+    ----------
+    center : array_like, shape (..., 2)
+        Centres of the arcs (m).
+    radius : array_like, shape (...)
+        Radii (m), positive.
+    start_angle, sweep : array_like, shape (...)
+        First direction and signed angle covered (rad).
+    segments : array_like, shape (..., 2, 2)
+        Both ends of every segment (m).
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Distance (m).
+    """
+    center, segments = np.asarray(center, float)[..., None, :], np.asarray(segments, float)
+    # A last axis over the candidate points of each pair of arc and segment.
+    radius, start_angle, sweep = (
+        np.asarray(value, float)[..., None] for value in (radius, start_angle, sweep)
+    )
+    tail, along = segments[..., :1, :], segments[..., 1:, :] - segments[..., :1, :]
+    length_squared = np.maximum((along**2).sum(-1), TINY)
+    foot = ((center - tail) * along).sum(-1) / length_squared
+    from_center = ((tail + foot[..., None] * along - center) ** 2).sum(-1)
+    # Where the segment's line cuts the circle; at its foot where it does not.
+    half_chord = np.sqrt(np.maximum(radius**2 - from_center, 0) / length_squared)
+    share = np.concatenate([0 * foot, 0 * foot + 1, foot - half_chord, foot, foot + half_chord], -1)
+    on_segment = tail + np.clip(share, 0, 1)[..., None] * along
+
+    ends = center + radius[..., None] * unit(start_angle + sweep * [0.0, 1.0])
+    offset = on_segment - center
+    turned = np.mod(np.sign(sweep) * (angle_of(offset) - start_angle), 2 * np.pi)
+    to_circle = np.abs(np.hypot(offset[..., 0], offset[..., 1]) - radius)
+    beside = np.where(turned <= np.abs(sweep), to_circle, np.inf).min(-1)
+    return np.minimum(beside, point_segment_distance(ends, segments[..., None, :, :]).min(-1))

@@ -1,0 +1,74 @@
+"""Numbers of a plan and of a run; every name ends in its unit."""
+
+import numpy as np
+
+#: A run has settled once its position error stays below this (m).
+SETTLED = 0.01
+
+
+def planning(world, plan):
+    """Numbers of a plan.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles that it was planned for.
+    plan : Plan
+        The plan.
+
+    Returns
+    -------
+    dict
+        ``length_m``, ``clearance_m`` (centre line to the nearest obstacle),
+        ``turns``, ``safe_segments``, ``danger_segments`` and ``repairs``, the
+        steps after the first turning point.
+    """
+    safe = sum(segment.safe for segment in plan.segments)
+    return {
+        "length_m": plan.path.length,
+        "clearance_m": plan.path.clearance(world),
+        "turns": len(plan.turning_points),
+        "safe_segments": safe,
+        "danger_segments": len(plan.segments) - safe,
+        "repairs": max(len(plan.steps) - 2, 0),
+    }
+
+
+def tracking(run):
+    """Numbers of a run.
+
+    Parameters
+    ----------
+    run : Run
+        One robot, or a batch of n.
+
+    Returns
+    -------
+    dict
+        Floats, or arrays of shape (n,) for a batch: ``position_rms_m``,
+        ``position_max_m``, ``position_final_m``, ``heading_rms_rad``,
+        ``heading_final_rad``; ``settling_time_s``, after which the position
+        error stays below 10 mm (infinite if it does not); per wheel
+        ``wheel_speed_max_m_s``, ``wheel_acceleration_max_m_s2`` (from rest on)
+        and ``wheel_variation_m_s``, the total variation, as the larger of
+        both wheels.
+    """
+    position = np.hypot(run.error[0], run.error[1])
+    heading = np.abs(run.error[2])
+    settled = position < SETTLED
+    # The first time of the last unbroken stretch that is settled.
+    unsettled = np.where(settled.all(-1), 0, settled.shape[-1] - np.argmin(settled[..., ::-1], -1))
+    settling = np.append(run.t, np.inf)[unsettled]
+    changes = np.abs(np.diff(run.wheels, axis=-1, prepend=0.0))
+    values = {
+        "position_rms_m": np.sqrt((position**2).mean(-1)),
+        "position_max_m": position.max(-1),
+        "position_final_m": position[..., -1],
+        "heading_rms_rad": np.sqrt((heading**2).mean(-1)),
+        "heading_final_rad": heading[..., -1],
+        "settling_time_s": settling,
+        "wheel_speed_max_m_s": np.abs(run.wheels).max((0, -1)),
+        "wheel_acceleration_max_m_s2": changes.max((0, -1)) / (run.t[1] - run.t[0]),
+        "wheel_variation_m_s": changes.sum(-1).max(0),
+    }
+    return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}

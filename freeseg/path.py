@@ -1,0 +1,352 @@
+"""Paths of straight lines and circular arcs."""
+
+import json
+import math
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path as FilePath
+
+import numpy as np
+import shapely
+
+from freeseg.errors import InvalidParameter
+from freeseg.geometry import (
+    angle_of,
+    arc_segment_distance,
+    arc_sweep,
+    segment_segment_distance,
+    tangents,
+    wrap_angle,
+)
+
+#: Pieces shorter than this (m, rad) are round-off.
+GRAZING = 1e-9
+
+
+def _check(piece, **shapes):
+    """Turn a piece's fields into floats and pairs, or `InvalidParameter`."""
+    for name, size in shapes.items():
+        value = getattr(piece, name)
+        try:
+            numbers = tuple(float(number) for number in (value if size == 2 else (value,)))
+        except (TypeError, ValueError):
+            numbers = ()
+        if len(numbers) != size or not all(map(math.isfinite, numbers)):
+            raise InvalidParameter(
+                f"{type(piece).__name__} has {name} {value!r}; give {size} finite numbers"
+            )
+        object.__setattr__(piece, name, numbers if size == 2 else numbers[0])
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight piece of a path from `start` to `end` (m)."""
+
+    start: tuple
+    end: tuple
+
+    curvature = 0.0
+
+    def __post_init__(self):
+        _check(self, start=2, end=2)
+        if self.length == 0:
+            raise InvalidParameter(f"{self} has length zero; leave it out")
+
+    @property
+    def length(self):
+        """Length (m)."""
+        return math.dist(self.start, self.end)
+
+    def at(self, s):
+        """Position and heading after `s` (m): x, y (m), theta (rad)."""
+        theta = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+        return self.start[0] + s * math.cos(theta), self.start[1] + s * math.sin(theta), theta
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A circular piece of a path.
+
+    Parameters
+    ----------
+    center : tuple
+        Centre [x, y] (m).
+    radius : float
+        Radius (m), positive.
+    start_angle : float
+        Direction from the centre to where the arc begins (rad).
+    sweep : float
+        Angle covered (rad), positive counter-clockwise.
+    """
+
+    center: tuple
+    radius: float
+    start_angle: float
+    sweep: float
+
+    def __post_init__(self):
+        _check(self, center=2, radius=1, start_angle=1, sweep=1)
+        if self.radius <= 0 or self.sweep == 0:
+            raise InvalidParameter(f"{self} needs a positive radius and a sweep that is not zero")
+
+    @property
+    def length(self):
+        """Length (m)."""
+        return self.radius * abs(self.sweep)
+
+    @property
+    def curvature(self):
+        """Signed curvature (1/m), positive to the left."""
+        return math.copysign(1 / self.radius, self.sweep)
+
+    @property
+    def start(self):
+        """First point (m)."""
+        return tuple(map(float, self.at(0.0)[:2]))
+
+    @property
+    def end(self):
+        """Last point (m)."""
+        return tuple(map(float, self.at(self.length)[:2]))
+
+    def at(self, s):
+        """Position and heading after `s` (m): x, y (m), theta (rad)."""
+        angle = self.start_angle + self.curvature * s
+        x, y = self.center
+        return (
+            x + self.radius * np.cos(angle),
+            y + self.radius * np.sin(angle),
+            angle + math.copysign(math.pi / 2, self.sweep),
+        )
+
+
+@dataclass(frozen=True)
+class Path:
+    """A chain of lines and arcs that the robot can drive without stopping.
+
+    Parameters
+    ----------
+    pieces : tuple of Line and Arc
+        In driving order; each begins where, and in the direction in which,
+        the one before it ends.
+
+    Raises
+    ------
+    InvalidParameter
+        For no piece, a gap, or a kink.
+    """
+
+    pieces: tuple
+
+    def __post_init__(self):
+        object.__setattr__(self, "pieces", tuple(self.pieces))
+        if not self.pieces:
+            raise InvalidParameter("a path needs at least one piece; it has none")
+        for before, after in zip(self.pieces, self.pieces[1:], strict=False):
+            x, y, theta = before.at(before.length)
+            next_x, next_y, next_theta = after.at(0.0)
+            kink = math.remainder(next_theta - theta, 2 * math.pi)
+            # Round-off of metres and radians, with room.
+            if math.hypot(next_x - x, next_y - y) > 1e-7 or abs(kink) > 1e-7:
+                raise InvalidParameter(f"{after} does not go on where, or as, {before} ends")
+
+    @cached_property
+    def joints(self):
+        """Arc length at which each piece begins, then the total (m)."""
+        return np.cumsum([0.0, *(piece.length for piece in self.pieces)])
+
+    @property
+    def length(self):
+        """Length (m)."""
+        return float(self.joints[-1])
+
+    @property
+    def start(self):
+        """First point (m)."""
+        return self.pieces[0].start
+
+    @property
+    def end(self):
+        """Last point (m)."""
+        return self.pieces[-1].end
+
+    def at(self, s):
+        """Position, heading and curvature at arc lengths.
+
+        Parameters
+        ----------
+        s : array_like, shape (n,)
+            Distance from the start along the path (m); beyond an end the
+            nearest point of the path is meant.
+
+        Returns
+        -------
+        x, y : ndarray, shape (n,)
+            Position (m).
+        theta : ndarray, shape (n,)
+            Heading (rad), continuous along the path.
+        curvature : ndarray, shape (n,)
+            Signed curvature (1/m); at a joint that of the piece that begins.
+        """
+        s = np.clip(np.asarray(s, float), 0, self.length)
+        index = np.clip(np.searchsorted(self.joints, s, side="right") - 1, 0, len(self.pieces) - 1)
+        x, y, theta, curvature = np.empty((4, *s.shape))
+        heading = None
+        for number, piece in enumerate(self.pieces):
+            here = index == number
+            x[here], y[here], angle = piece.at(s[here] - self.joints[number])
+            first, last = (piece.at(end)[2] for end in (0.0, piece.length))
+            whole_turns = 0.0 if heading is None else heading + wrap_angle(first - heading) - first
+            theta[here] = angle + whole_turns
+            heading = last + whole_turns
+            curvature[here] = piece.curvature
+        return x, y, theta, curvature
+
+    def sample(self, step):
+        """Points along the path at most `step` apart.
+
+        Parameters
+        ----------
+        step : float
+            Largest distance between neighbours (m), positive.
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            Points (m), the joints of the pieces among them.
+
+        Raises
+        ------
+        InvalidParameter
+            For a step that is not positive.
+        """
+        if not step > 0:
+            raise InvalidParameter(f"step is {step!r}; give a positive length (m)")
+        inside = [
+            np.linspace(0, piece.length, int(np.ceil(piece.length / step)) + 1)[:-1]
+            for piece in self.pieces
+        ]
+        points = [
+            np.column_stack(piece.at(s)[:2]) for piece, s in zip(self.pieces, inside, strict=True)
+        ]
+        return np.concatenate([*points, [self.end]])
+
+    def distances(self, world):
+        """Distance of every piece from every obstacle, in closed form.
+
+        Parameters
+        ----------
+        world : World
+            Obstacles.
+
+        Returns
+        -------
+        ndarray, shape (pieces, n)
+            Distance (m); below or at zero where the obstacle is met.
+        """
+        if not len(world):
+            return np.empty((len(self.pieces), 0))
+        to_edges = np.empty((len(self.pieces), len(world.edges)))
+        is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
+        if not is_arc.all():
+            lines = np.array(
+                [(piece.start, piece.end) for piece in self.pieces if isinstance(piece, Line)]
+            )
+            to_edges[~is_arc] = segment_segment_distance(lines[:, None], world.edges)
+        if is_arc.any():
+            arcs = np.array(
+                [
+                    (*piece.center, piece.radius, piece.start_angle, piece.sweep)
+                    for piece in self.pieces
+                    if isinstance(piece, Arc)
+                ]
+            )[:, None]
+            to_edges[is_arc] = arc_segment_distance(
+                arcs[..., :2], *np.moveaxis(arcs[..., 2:], -1, 0), world.edges
+            )
+        distances = world.per_obstacle(to_edges)
+        # Inside a polygon, the outline is away but the obstacle is not.
+        x, y = np.array([piece.start for piece in self.pieces]).T
+        distances[shapely.contains_xy(world.cores, x[:, None], y[:, None])] = 0
+        return distances
+
+    def clearance(self, world):
+        """Distance of the centre line from the nearest obstacle.
+
+        Parameters
+        ----------
+        world : World
+            Obstacles.
+
+        Returns
+        -------
+        float
+            Distance (m); infinite where there is no obstacle.
+        """
+        return float(self.distances(world).min(initial=np.inf))
+
+    def save(self, file):
+        """Write the path to a JSON file, to be read with `Path.load`."""
+        pieces = [
+            {"kind": type(piece).__name__}
+            | {part.name: np.asarray(getattr(piece, part.name)).tolist() for part in fields(piece)}
+            for piece in self.pieces
+        ]
+        FilePath(file).write_text(json.dumps({"unit": "m", "pieces": pieces}, indent=1) + "\n")
+
+    @classmethod
+    def load(cls, file):
+        """Read a path that `Path.save` wrote.
+
+        Raises
+        ------
+        InvalidParameter
+            For a file that is missing or is not such a path.
+        """
+        kinds = {"Line": Line, "Arc": Arc}
+        try:
+            pieces = json.loads(FilePath(file).read_text())["pieces"]
+            return cls([kinds[piece.pop("kind")](**piece) for piece in pieces])
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InvalidParameter(f"{file} is not a path saved by freeseg ({error})") from error
+
+
+def taut_path(start, circles, goal):
+    """Path of tangents that goes round oriented circles in order.
+
+    Parameters
+    ----------
+    start, goal : array_like, shape (2,)
+        First and last point (m).
+    circles : sequence of (center, signed_radius)
+        Centres (m) and radii (m), positive to be driven round
+        counter-clockwise.
+
+    Returns
+    -------
+    path : Path or None
+        None where a tangent does not exist because one circle contains the
+        next, or contains the start or the goal.
+    passed : list of int
+        For every piece, how many circles were left behind before it: an arc
+        is on circle ``passed``, a line leads to it.
+    """
+    centers = np.array([start, *(center for center, _ in circles), goal])
+    signed = np.array([0, *(radius for _, radius in circles), 0])
+    leave, join = tangents(centers[:-1], signed[:-1], centers[1:], signed[1:])
+    if not np.isfinite(leave).all():
+        return None, []
+    pieces, passed = [], []
+    for number in range(len(leave)):
+        if number:
+            center, radius = centers[number], signed[number]
+            sweep = arc_sweep(center, np.sign(radius), join[number - 1], leave[number])
+            # Where a tangent only grazes its circle, round-off leaves no arc or a whole turn.
+            if min(abs(sweep), 2 * np.pi - abs(sweep)) > GRAZING:
+                first = angle_of(join[number - 1] - center)
+                pieces.append(Arc(center, abs(radius), first, sweep))
+                passed.append(number - 1)
+        if math.dist(leave[number], join[number]) > GRAZING:
+            pieces.append(Line(leave[number], join[number]))
+            passed.append(number)
+    return Path(pieces), passed

@@ -1,0 +1,467 @@
+"""Pictures of worlds, plans and runs: mm and degrees, one palette.
+
+Every function draws on ``ax``, or on a new figure, and returns the axes.
+"""
+
+import base64
+from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.patches import Circle
+from matplotlib.patches import Polygon as PolygonPatch
+
+from freeseg.world import Disc
+
+#: The colour of each thing, everywhere; safe for the colour-blind.
+PALETTE = {
+    "obstacle": "#c8c8c8",
+    "outline": "#5a5a5a",
+    "robot": "#56b4e9",
+    "planned": "#0072b2",
+    "tracked": "#d55e00",
+    "safe": "#009e73",
+    "danger": "#aa3377",
+    "turning": "#e69f00",
+    "right": "#004488",
+    "left": "#bb5566",
+    "error": "#333333",
+}
+
+
+def _mm_axes(ax):
+    """`ax`, or a new one, set up for a map in mm."""
+    if ax is None:
+        _, ax = plt.subplots(figsize=(5, 5), layout="constrained")
+    ax.set_aspect("equal")
+    ax.set_xlabel("x (mm)")
+    ax.set_ylabel("y (mm)")
+    return ax
+
+
+def plot_world(world, ax=None):
+    """Obstacles with their numbers.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = _mm_axes(ax)
+    style = {"facecolor": PALETTE["obstacle"], "edgecolor": PALETTE["outline"], "zorder": 2}
+    for number, obstacle in enumerate(world.obstacles, 1):
+        if isinstance(obstacle, Disc):
+            middle = 1000 * obstacle.center
+            ax.add_patch(Circle(middle, 1000 * obstacle.radius, **style))
+        else:
+            middle = 1000 * np.array(obstacle.core.representative_point().coords[0])
+            ax.add_patch(PolygonPatch(1000 * obstacle.vertices, **style))
+        ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
+    ax.autoscale_view()
+    return ax
+
+
+def plot_segments(segments, ax=None, lengths=False):
+    """Free segments: safe ones solid, danger ones dashed.
+
+    Parameters
+    ----------
+    segments : sequence of FreeSegment
+        What to draw.
+    ax : matplotlib Axes, optional
+        Where to draw.
+    lengths : bool, optional
+        Whether to write each length (mm) beside its segment.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = _mm_axes(ax)
+    labelled = set()
+    for segment in segments:
+        kind = "safe" if segment.safe else "danger"
+        ends = 1000 * segment.ends
+        label = None if kind in labelled else f"{kind} segment"
+        labelled.add(kind)
+        style = {"color": PALETTE[kind], "ls": "-" if segment.safe else (0, (3, 2)), "lw": 2}
+        ax.plot(*ends.T, **style, marker="o", ms=3, zorder=3, label=label)
+        if lengths:
+            ax.annotate(
+                f"{1000 * segment.length:.0f}",
+                ends.mean(0),
+                ha="center",
+                va="center",
+                fontsize=8,
+                color=PALETTE[kind],
+                bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.85},
+                zorder=5,
+            )
+    return ax
+
+
+def plot_path(path, ax=None, color=PALETTE["planned"], **style):
+    """A path's centre line.
+
+    Parameters
+    ----------
+    path : Path
+        What to draw.
+    ax : matplotlib Axes, optional
+        Where to draw.
+    color : color, optional
+        Its colour.
+    **style
+        For ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = _mm_axes(ax)
+    ax.plot(*(1000 * path.sample(0.002).T), color=color, **({"lw": 2, "zorder": 4} | style))
+    return ax
+
+
+def plot_circle(center, radius, ax, color=PALETTE["turning"], **style):
+    """A circle, by default a dangerous one: dashed.
+
+    Parameters
+    ----------
+    center : array_like, shape (2,)
+        Centre (m).
+    radius : float
+        Radius (m).
+    ax : matplotlib Axes
+        Where to draw.
+    color : color, optional
+        Colour of the line.
+    **style
+        For ``matplotlib.patches.Circle``.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    style = {"fill": False, "ls": "--", "lw": 1.3, "zorder": 3} | style
+    ax.add_patch(Circle(1000 * np.asarray(center), 1000 * radius, color=color, **style))
+    return ax
+
+
+def plot_query(start, goal, ax):
+    """Start and goal.
+
+    Parameters
+    ----------
+    start, goal : array_like, shape (2,)
+        Positions (m).
+    ax : matplotlib Axes
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax.plot(*(1000 * np.asarray(start)), "ks", ms=6, zorder=6, label="start")
+    ax.plot(*(1000 * np.asarray(goal)), "k*", ms=11, zorder=6, label="goal")
+    return ax
+
+
+def plot_plan(world, plan, ax=None):
+    """A plan: obstacles, free segments, dangerous circles and path.
+
+    The band is what the robot's disc sweeps.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    plan : Plan
+        What to draw.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = plot_world(world, ax)
+    plot_segments(plan.segments, ax)
+    for number, turn in enumerate(plan.turning_points):
+        plot_circle(turn.center, turn.radius, ax, label=None if number else "dangerous circle")
+    plot_band(plan.path, plan.robot, ax)
+    plot_path(plan.path, ax, label="planned path")
+    return plot_query(plan.path.start, plan.path.end, ax)
+
+
+def plot_band(path, robot, ax):
+    """The band that the robot's disc sweeps along a path.
+
+    Parameters
+    ----------
+    path : Path
+        Centre line.
+    robot : KheperaIV
+        Its radius is half the band's width.
+    ax : matplotlib Axes
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    from shapely import LineString
+
+    outline = LineString(1000 * path.sample(0.002)).buffer(1000 * robot.radius).exterior
+    ax.fill(
+        *outline.xy, color=PALETTE["robot"], alpha=0.25, lw=0, zorder=1, label="swept by the robot"
+    )
+    return ax
+
+
+def plot_step(world, plan, step, ax=None):
+    """One step of a plan's trace: what was met, considered and chosen.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    plan : Plan
+        The plan that the step belongs to.
+    step : Step
+        What to draw.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = plot_world(world, ax)
+    plot_segments(plan.segments, ax)
+    for candidate in step.candidates:
+        x, y = 1000 * candidate.endpoint.point
+        ax.plot(x, y, "o", mfc="white", mec=PALETTE["turning"], ms=6, zorder=5)
+    if step.chosen:
+        x, y = 1000 * step.chosen.endpoint.point
+        ax.plot(x, y, "o", color=PALETTE["turning"], ms=8, zorder=6, label="turning point")
+    plot_path(step.path, ax, label="path after this step")
+    ax.set_title(step.kind)
+    return plot_query(plan.path.start, plan.path.end, ax)
+
+
+def plot_tracking(world, plan, run, ax=None):
+    """A tracked path over the planned one (Fig. 17).
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    plan : Plan
+        What was planned.
+    run : Run
+        What one robot drove.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    ax = plot_world(world, ax)
+    plot_path(plan.path, ax, label="planned path", lw=4, alpha=0.45)
+    x, y, theta = run.pose
+    ax.plot(1000 * x, 1000 * y, color=PALETTE["tracked"], lw=1.5, zorder=5, label="tracked")
+    for when in np.linspace(0, len(x) - 1, 6).astype(int):
+        draw_robot((x[when], y[when], theta[when]), run.robot, ax)
+    return plot_query(plan.path.start, plan.path.end, ax)
+
+
+def draw_robot(pose, robot, ax):
+    """The robot's disc with its heading.
+
+    Parameters
+    ----------
+    pose : array_like, shape (3,)
+        x, y (m) and heading (rad).
+    robot : KheperaIV
+        Its size.
+    ax : matplotlib Axes
+        Where to draw.
+
+    Returns
+    -------
+    disc : matplotlib Circle
+    nose : matplotlib Line2D
+        The artists, for an animation to move.
+    """
+    disc = Circle(
+        (0, 0),
+        1000 * robot.radius,
+        fc=PALETTE["robot"],
+        ec=PALETTE["planned"],
+        alpha=0.35,
+        zorder=4,
+    )
+    ax.add_patch(disc)
+    (nose,) = ax.plot([], [], color=PALETTE["planned"], lw=1.5, zorder=5)
+    move_robot(disc, nose, pose)
+    return disc, nose
+
+
+def move_robot(disc, nose, pose):
+    """Move the artists of `draw_robot` to another pose (m, rad)."""
+    x, y, theta = pose
+    disc.center = 1000 * x, 1000 * y
+    reach = disc.radius
+    nose.set_data(
+        [1000 * x, 1000 * x + reach * np.cos(theta)], [1000 * y, 1000 * y + reach * np.sin(theta)]
+    )
+
+
+def plot_errors(run, axes=None):
+    """Tracking errors over time (Fig. 18).
+
+    Parameters
+    ----------
+    run : Run
+        What one robot drove.
+    axes : sequence of 3 matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    array of 3 matplotlib Axes
+    """
+    if axes is None:
+        _, axes = plt.subplots(3, 1, figsize=(6, 5), sharex=True, layout="constrained")
+    units = (1000, "mm"), (1000, "mm"), (180 / np.pi, "°")
+    names = "$x_e$", "$y_e$", r"$\alpha_e$"
+    for ax, error, name, (factor, unit) in zip(axes, run.error, names, units, strict=True):
+        ax.axhline(0, color="0.8", lw=0.8)
+        ax.plot(run.t, factor * error, color=PALETTE["error"], lw=1.3)
+        ax.set_ylabel(f"{name} ({unit})")
+    axes[-1].set_xlabel("time (s)")
+    return axes
+
+
+def plot_wheels(run, ax=None):
+    """Wheel speeds over time (Fig. 19).
+
+    Parameters
+    ----------
+    run : Run
+        What one robot drove.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    if ax is None:
+        _, ax = plt.subplots(figsize=(6, 3), layout="constrained")
+    for speed, side, symbol in zip(run.wheels, ("right", "left"), ("$V_R$", "$V_L$"), strict=True):
+        # A speed is held until the next time: stairs, not slopes.
+        ax.step(
+            run.t,
+            1000 * speed,
+            where="post",
+            color=PALETTE[side],
+            lw=1.3,
+            label=f"{symbol} ({side})",
+        )
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("wheel speed (mm/s)")
+    ax.legend(frameon=False)
+    return ax
+
+
+def animate(world, plan, run, ax=None, frames=40):
+    """The robot driving along its plan.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    plan : Plan
+        What was planned.
+    run : Run
+        What one robot drove.
+    ax : matplotlib Axes, optional
+        Where to draw.
+    frames : int, optional
+        Number of pictures.
+
+    Returns
+    -------
+    matplotlib FuncAnimation
+        Keep it, and pass it to `as_gif` to show it.
+    """
+    ax = plot_plan(world, plan, ax)
+    x, y, _ = 1000 * run.pose
+    (trail,) = ax.plot([], [], color=PALETTE["tracked"], lw=2, zorder=5, label="tracked")
+    disc, nose = draw_robot(run.pose[:, 0], run.robot, ax)
+    disc.set_alpha(0.8)
+
+    def show(when):
+        trail.set_data(x[: when + 1], y[: when + 1])
+        move_robot(disc, nose, run.pose[:, when])
+        return trail, disc, nose
+
+    times = np.linspace(0, len(x) - 1, frames).astype(int)
+    return FuncAnimation(ax.figure, show, frames=times, interval=100, blit=True)
+
+
+def as_gif(animation, dpi=70):
+    """An animation as a picture that any notebook viewer shows.
+
+    Parameters
+    ----------
+    animation : matplotlib Animation
+        What to show; its figure is closed.
+    dpi : int, optional
+        Resolution.
+
+    Returns
+    -------
+    IPython.display.HTML
+    """
+    from IPython.display import HTML
+
+    with TemporaryDirectory() as folder:
+        file = FilePath(folder) / "animation.gif"
+        animation.save(file, writer=PillowWriter(fps=10), dpi=dpi)
+        data = base64.b64encode(file.read_bytes()).decode()
+    plt.close(animation._fig)
+    return HTML(f'<img alt="animation" src="data:image/gif;base64,{data}">')
+
+
+def show_table(header, rows):
+    """A table for a notebook.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Column titles.
+    rows : sequence of sequences
+        Cells; formatted with ``str``.
+
+    Returns
+    -------
+    IPython.display.Markdown
+    """
+    from IPython.display import Markdown
+
+    lines = [header, ["---"] * len(header), *rows]
+    return Markdown(
+        "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+    )

@@ -1,0 +1,182 @@
+"""The Khepera IV: sizes, limits, wheel and body velocities, exact motion."""
+
+from dataclasses import dataclass, field, fields
+from functools import cache
+
+import numpy as np
+
+from freeseg.data import DATA, read_csv
+from freeseg.errors import InvalidParameter, InvalidWorld
+from freeseg.geometry import unit
+
+
+@cache
+def _datasheet():
+    """Parameters of ``data/khepera4.csv`` in SI units."""
+    to_si = {"mm": 1e-3, "rad/s": 1.0, "rad/s^2": 1.0}
+    parameters = {}
+    for row in read_csv(DATA / "khepera4.csv", {"parameter": str, "value": float, "unit": str}):
+        if row["unit"] not in to_si:
+            raise InvalidWorld(
+                f"khepera4.csv, row {row['row']}: unit {row['unit']!r} is not in {sorted(to_si)}"
+            )
+        parameters[row["parameter"]] = row["value"] * to_si[row["unit"]]
+    return parameters
+
+
+def _published(name):
+    """Dataclass field whose default stands in ``data/khepera4.csv``."""
+    return field(default_factory=lambda: _datasheet()[name])
+
+
+@dataclass(frozen=True)
+class KheperaIV:
+    """A differential-drive robot with a round body; by default a Khepera IV.
+
+    Every default is published, with its source, in ``data/khepera4.csv``.
+
+    Parameters
+    ----------
+    wheel_base : float
+        Distance L between the wheels (m).
+    diameter : float
+        Diameter D_r of the body (m).
+    wheel_radius : float
+        Radius of a wheel (m).
+    max_wheel_rate : float
+        Largest angular speed of a wheel (rad/s).
+    max_wheel_rate_change : float
+        Largest angular acceleration of a wheel (rad/s^2).
+
+    Raises
+    ------
+    InvalidParameter
+        For a value that is not a positive finite number.
+
+    Examples
+    --------
+    >>> KheperaIV().diameter
+    0.1408
+    """
+
+    wheel_base: float = _published("wheel_base")
+    diameter: float = _published("diameter")
+    wheel_radius: float = _published("wheel_radius")
+    max_wheel_rate: float = _published("max_wheel_rate")
+    max_wheel_rate_change: float = _published("max_wheel_rate_change")
+
+    def __post_init__(self):
+        for parameter in fields(self):
+            check_positive(f"robot.{parameter.name}", getattr(self, parameter.name))
+
+    @property
+    def radius(self):
+        """Radius R_r of the body (m)."""
+        return self.diameter / 2
+
+    @property
+    def max_wheel_speed(self):
+        """Largest speed of a wheel over the ground (m/s)."""
+        return self.max_wheel_rate * self.wheel_radius
+
+    @property
+    def max_wheel_acceleration(self):
+        """Largest acceleration of a wheel over the ground (m/s^2)."""
+        return self.max_wheel_rate_change * self.wheel_radius
+
+    def to_wheels(self, v, omega):
+        """Wheel speeds for a body velocity, equation (8).
+
+        Parameters
+        ----------
+        v, omega : array_like, shape (...)
+            Forward speed (m/s) and turn rate (rad/s).
+
+        Returns
+        -------
+        ndarray, shape (2, ...)
+            Right and left wheel speed (m/s).
+        """
+        difference = 0.5 * self.wheel_base * np.asarray(omega)
+        return np.stack([v + difference, v - difference])
+
+    def to_body(self, wheels):
+        """Forward speed and turn rate for wheel speeds, equation (1).
+
+        Parameters
+        ----------
+        wheels : array_like, shape (2, ...)
+            Right and left wheel speed (m/s).
+
+        Returns
+        -------
+        v, omega : ndarray, shape (...)
+            Forward speed (m/s) and turn rate (rad/s).
+        """
+        right, left = wheels
+        return 0.5 * (right + left), (right - left) / self.wheel_base
+
+    def saturate(self, wheels, previous, dt):
+        """Wheel speeds that the motors reach within one time step.
+
+        A command above the speed limit is scaled down as a whole, so that
+        the curvature of the motion stays; each wheel then changes from its
+        previous speed as far as the acceleration limit lets it.
+
+        Parameters
+        ----------
+        wheels, previous : array_like, shape (2, ...)
+            Commanded and present right and left wheel speed (m/s).
+        dt : float
+            Time step (s).
+
+        Returns
+        -------
+        ndarray, shape (2, ...)
+            Reached wheel speeds (m/s).
+        """
+        fastest = np.maximum(np.abs(wheels[0]), np.abs(wheels[1]))
+        target = wheels * (self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed))
+        reach = self.max_wheel_acceleration * dt
+        return previous + np.clip(target - previous, -reach, reach)
+
+    def move(self, pose, wheels, dt):
+        """Pose after driving with constant wheel speeds: an exact arc.
+
+        The solution of equation (1) for constant wheel speeds; the chord of
+        the arc is v dt sinc(omega dt / 2), so that a straight line is no
+        special case.
+
+        Parameters
+        ----------
+        pose : array_like, shape (3, ...)
+            x, y (m) and heading (rad).
+        wheels : array_like, shape (2, ...)
+            Right and left wheel speed (m/s).
+        dt : float
+            Time (s).
+
+        Returns
+        -------
+        ndarray, shape (3, ...)
+            Pose after `dt`; the heading is not wrapped.
+        """
+        x, y, theta = pose
+        v, omega = self.to_body(wheels)
+        half_turn = 0.5 * omega * dt
+        chord = v * dt * np.sinc(half_turn / np.pi)
+        along = unit(theta + half_turn)
+        return np.stack(
+            [x + chord * along[..., 0], y + chord * along[..., 1], theta + 2 * half_turn]
+        )
+
+
+def check_positive(name, value):
+    """`value` as a float; `InvalidParameter` unless positive and finite."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not (np.isfinite(number) and number > 0):
+        raise InvalidParameter(f"{name} is {value!r}; give a positive finite number")
+    return number

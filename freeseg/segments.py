@@ -1,0 +1,196 @@
+"""Free segments between neighbouring obstacles: paper, section 3.2.1."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from freeseg.geometry import angle_of, unit
+from freeseg.robot import KheperaIV, check_positive
+from freeseg.world import Disc
+
+#: Security margin delta (m). Not published: an assumption.
+MARGIN = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSegment:
+    """The gap between two neighbouring obstacles.
+
+    Parameters
+    ----------
+    obstacles : tuple of int
+        Indices of the two obstacles.
+    ends : ndarray, shape (2, 2)
+        The mutually nearest points of their boundaries (m).
+    required : float
+        Length that makes it safe, D_r + delta (m).
+    """
+
+    obstacles: tuple
+    ends: np.ndarray
+    required: float
+
+    @property
+    def length(self):
+        """Length SP (m), equations (2) and (3)."""
+        return float(np.hypot(*(self.ends[1] - self.ends[0])))
+
+    @property
+    def safe(self):
+        """Whether the robot fits through with its margin: SP >= D_r + delta."""
+        return self.length >= self.required
+
+
+def free_segments(world, robot=None, margin=MARGIN):
+    """Free segments between consecutive obstacles, equations (2) to (4).
+
+    Parameters
+    ----------
+    world : World
+        n obstacles in the paper's order.
+    robot : KheperaIV, optional
+        Robot; its diameter is D_r.
+    margin : float, optional
+        Security margin delta (m); 5 mm is an assumption, the paper gives
+        none.
+
+    Returns
+    -------
+    tuple of FreeSegment
+        n - 1 segments, safe and danger ones.
+
+    Raises
+    ------
+    InvalidParameter
+        For a margin that is not positive.
+
+    Examples
+    --------
+    >>> import freeseg as fs
+    >>> [round(segment.length, 4) for segment in free_segments(fs.load_table(1))]
+    [0.2632, 0.15, 0.21, 0.3259, 0.2316, 0.2246]
+    """
+    required = (robot or KheperaIV()).diameter + check_positive("margin", margin)
+    nearest = shapely.get_coordinates(shapely.shortest_line(world.cores[:-1], world.cores[1:]))
+    nearest = nearest.reshape(-1, 2, 2)
+    across = unit(angle_of(nearest[:, 1] - nearest[:, 0]))
+    nearest[:, 0] += world.radii[:-1, None] * across
+    nearest[:, 1] -= world.radii[1:, None] * across
+    return tuple(
+        FreeSegment((number, number + 1), ends, required) for number, ends in enumerate(nearest)
+    )
+
+
+def group_labels(world, gap):
+    """Groups of obstacles that the robot cannot pass between.
+
+    Parameters
+    ----------
+    world : World
+        n obstacles.
+    gap : float
+        Obstacles at most this far apart (m) belong together, and so do all
+        that a chain of such pairs joins.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        Number of the group that each obstacle belongs to.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    pairs = world.close_pairs(gap)
+    joined = coo_array((np.ones(len(pairs[0])), pairs), shape=(len(world), len(world)))
+    return connected_components(joined, directed=False)[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Endpoint:
+    """A point of an obstacle's boundary that the robot may turn round.
+
+    Parameters
+    ----------
+    point : ndarray, shape (2,)
+        The point (m).
+    outward : ndarray, shape (2,)
+        Unit vector away from the obstacle.
+    obstacle : int
+        Index of the obstacle.
+    segment : int or None
+        Index of the free segment that ends here; None for an outer endpoint,
+        which faces no neighbour.
+    center : ndarray, shape (2,)
+        Centre of the dangerous circle for a turn here (m): the disc's centre,
+        the polygon's corner.
+    """
+
+    point: np.ndarray
+    outward: np.ndarray
+    obstacle: int
+    segment: int | None
+    center: np.ndarray
+
+
+def find_endpoints(world, segments):
+    """Endpoints of the safe segments, and outer endpoints.
+
+    The paper numbers outer endpoints (p1 and p6 in its Fig. 4) but does not
+    say where they are. Here an obstacle has them wherever its boundary faces
+    no neighbour: a disc at least every quarter turn between the segments
+    that end on it, a polygon at its convex corners. An end of a danger
+    segment is no endpoint, for danger segments are ignored.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    segments : sequence of FreeSegment
+        Their free segments.
+
+    Returns
+    -------
+    tuple of Endpoint
+        Of all obstacles.
+    """
+    facing = [[] for _ in range(len(world))]
+    for number, segment in enumerate(segments):
+        across = (segment.ends[1] - segment.ends[0]) / segment.length
+        for obstacle, end, outward in zip(
+            segment.obstacles, segment.ends, (across, -across), strict=True
+        ):
+            facing[obstacle].append((number, end, outward))
+    endpoints = []
+    for index, (obstacle, ends) in enumerate(zip(world.obstacles, facing, strict=True)):
+        corners = world.corners[index]
+        for number, end, outward in ends:
+            if segments[number].safe:
+                corner = corners[np.argmin(((corners - end) ** 2).sum(1))]
+                endpoints.append(Endpoint(end, outward, index, number, corner))
+        if isinstance(obstacle, Disc):
+            angles = sorted(math.atan2(outward[1], outward[0]) for _, _, outward in ends)
+            for outward in unit(_between(angles)):
+                point = obstacle.center + obstacle.radius * outward
+                endpoints.append(Endpoint(point, outward, index, None, obstacle.center))
+        else:
+            middle = np.array(obstacle.core.centroid.coords[0])
+            for corner in corners:
+                endpoints.append(
+                    Endpoint(corner, unit(angle_of(corner - middle)), index, None, corner)
+                )
+    return tuple(endpoints)
+
+
+def _between(angles):
+    """Directions that part the gaps between sorted angles into quarter turns at most."""
+    quarter = math.pi / 2
+    if not angles:
+        return [0, quarter, 2 * quarter, 3 * quarter]
+    directions = []
+    for angle, following in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True):
+        # The small amount keeps a gap of exactly a quarter turn from counting as more.
+        parts = math.ceil((following - angle) / quarter - 1e-9)
+        directions += [angle + (following - angle) * part / parts for part in range(1, parts)]
+    return directions

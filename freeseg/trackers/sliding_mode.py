@@ -1,0 +1,100 @@
+"""The paper's saturated sliding-mode controller (section 4)."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+from freeseg.reference import tracking_error
+from freeseg.robot import check_positive
+
+#: What stands for the switching function in the reaching law (11).
+SWITCHING = {"sat": lambda s: np.clip(s, -1, 1), "sign": np.sign, "tanh": np.tanh}
+
+
+@dataclass(frozen=True)
+class SlidingMode:
+    """Gains of the sliding-mode law, equations (7) to (13).
+
+    The paper publishes none of them: every default is an assumption.
+
+    Parameters
+    ----------
+    k1 : float
+        Reaching rate of s1 = x_e (m/s).
+    k2 : float
+        Reaching rate of s2 = alpha_e + gamma (rad/s).
+    phi1 : float
+        Half width of the boundary layer of s1 (m).
+    phi2 : float
+        Half width of the boundary layer of s2 (rad).
+    length_scale : float
+        Length l (m) in gamma = arctan(v_r y_e / (v_0 l)), v_0 the top speed
+        of the reference. The paper's arctan(v_r y_e) hides it in its units.
+    switching : {"sat", "sign", "tanh"}
+        Switching function; the paper's is ``"sat"``.
+    floor : float
+        Least value of the denominator 1 + x_e dgamma/dy_e of w, which
+        vanishes where the law is singular.
+
+    Raises
+    ------
+    InvalidParameter
+        For a gain that is not positive and finite, or another switching.
+    """
+
+    k1: float = 0.2
+    k2: float = 2.0
+    phi1: float = 0.1
+    phi2: float = 0.5
+    length_scale: float = 0.08
+    switching: str = "sat"
+    floor: float = 0.25
+
+    def __post_init__(self):
+        if self.switching not in SWITCHING:
+            raise InvalidParameter(
+                f"switching is {self.switching!r}; choose one of {sorted(SWITCHING)}"
+            )
+        for gain in fields(self):
+            if gain.name != "switching":
+                check_positive(gain.name, getattr(self, gain.name))
+
+    def start(self, reference, robot, dt):
+        """The law for one run.
+
+        Parameters
+        ----------
+        reference : Reference
+            What to follow.
+        robot : KheperaIV
+            Robot; unused, for this law does not know its limits.
+        dt : float
+            Time for which each command is held (s).
+
+        Returns
+        -------
+        callable
+            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
+        """
+        switch = SWITCHING[self.switching]
+        scale = reference.v.max() * self.length_scale
+
+        def law(t, pose):
+            target = reference.at(t)
+            # A command holds for dt: the velocities are those at the middle of it.
+            _, v_r, omega_r, v_r_dot, _ = reference.at(t + dt / 2)
+            x_e, y_e, alpha_e = tracking_error(target.pose, pose)
+            slope = 1 / (1 + (v_r * y_e / scale) ** 2) / scale
+            dgamma_dv, dgamma_dy = slope * y_e, slope * v_r
+            s1, s2 = x_e, alpha_e + np.arctan(v_r * y_e / scale)
+            omega = (
+                omega_r
+                + dgamma_dv * v_r_dot
+                + dgamma_dy * v_r * np.sin(alpha_e)
+                + self.k2 * switch(s2 / self.phi2)
+            ) / np.maximum(1 + dgamma_dy * x_e, self.floor)
+            v = y_e * omega + v_r * np.cos(alpha_e) + self.k1 * switch(s1 / self.phi1)
+            return v, omega
+
+        return law

@@ -1,0 +1,402 @@
+"""Obstacles and the world that they form; the paper's five tables.
+
+An obstacle is a *core*, a point or a polygon, grown by a radius: a disc is a
+grown point, a polygon is grown by zero. Every distance in freeseg is a
+distance to a core less that radius.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from freeseg.data import DATA, read_csv
+from freeseg.errors import InvalidQuery, InvalidWorld
+from freeseg.geometry import cross
+
+#: The map of the paper's Fig. 12: x and y from ... to ... (mm).
+MAP_MM = ((0, 900), (-100, 900))
+
+
+def _points(values, what, shape, error):
+    """Finite float array of the given shape (None: any number), or the error."""
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise error(f"{what} is {values!r}; give numbers (m)") from None
+    if array.ndim != len(shape) or any(
+        want not in (None, have) for want, have in zip(shape, array.shape, strict=True)
+    ):
+        wanted = " x ".join("n" if want is None else str(want) for want in shape)
+        raise error(f"{what} has shape {array.shape}; expected {wanted} numbers (m)")
+    if not np.isfinite(array).all():
+        raise error(f"{what} is {array.tolist()}; every number must be finite (m)")
+    array.setflags(write=False)
+    return array
+
+
+def as_position(values, what):
+    """A query's position (m) as an array of shape (2,), or `InvalidQuery`."""
+    return _points(values, what, (2,), InvalidQuery)
+
+
+@dataclass(frozen=True, eq=False)
+class Disc:
+    """A round obstacle.
+
+    Parameters
+    ----------
+    center : array_like, shape (2,)
+        Centre [x, y] (m).
+    radius : float
+        Radius (m), positive.
+
+    Raises
+    ------
+    InvalidWorld
+        For a centre that is not two finite numbers or a radius that is not
+        a positive one.
+    """
+
+    center: np.ndarray
+    radius: float
+
+    def __post_init__(self):
+        object.__setattr__(self, "center", _points(self.center, "disc centre", (2,), InvalidWorld))
+        radius = float(_points(self.radius, "disc radius", (), InvalidWorld))
+        if radius <= 0:
+            raise InvalidWorld(
+                f"disc at {self.center.tolist()} has radius {radius}; give a positive one (m)"
+            )
+        object.__setattr__(self, "radius", radius)
+
+    @property
+    def core(self):
+        """The shapely geometry that, grown by `radius`, is the obstacle."""
+        return shapely.Point(self.center)
+
+    @property
+    def edges(self):
+        """The core's outline as segments, shape (1, 2, 2): one of length zero."""
+        return np.stack([self.center, self.center])[None]
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """A polygonal obstacle, convex or not, without holes.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (n, 2)
+        Corners [x, y] (m) in order, either way round; n at least 3. They are
+        kept counter-clockwise.
+
+    Raises
+    ------
+    InvalidWorld
+        For fewer than three corners, a number that is not finite, an outline
+        that crosses or touches itself, or an area of zero.
+    """
+
+    vertices: np.ndarray
+
+    def __post_init__(self):
+        vertices = _points(self.vertices, "polygon", (None, 2), InvalidWorld)
+        if len(vertices) > 1 and (vertices[0] == vertices[-1]).all():
+            vertices = vertices[:-1]
+        if len(vertices) < 3:
+            raise InvalidWorld(
+                f"polygon {vertices.tolist()} has under three different corners; add some"
+            )
+        if (np.roll(vertices, -1, 0) == vertices).all(1).any():
+            raise InvalidWorld(f"polygon {vertices.tolist()} repeats a corner; remove the copy")
+        core = shapely.Polygon(vertices)
+        if not core.is_valid or core.area <= 0:
+            why = shapely.is_valid_reason(core) if core.area > 0 else "its area is zero"
+            raise InvalidWorld(
+                f"polygon {vertices.tolist()} is degenerate ({why}); give a simple outline"
+            )
+        if not shapely.is_ccw(core.exterior):
+            vertices = vertices[::-1]
+        object.__setattr__(self, "vertices", vertices)
+
+    radius = 0.0
+
+    @property
+    def core(self):
+        """The shapely geometry that, grown by `radius`, is the obstacle."""
+        return shapely.Polygon(self.vertices)
+
+    @property
+    def edges(self):
+        """The outline as segments, shape (n, 2, 2)."""
+        return np.stack([self.vertices, np.roll(self.vertices, -1, 0)], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Known static obstacles, none of which meets another.
+
+    Parameters
+    ----------
+    obstacles : sequence of Disc and Polygon
+        In the paper's order where there is one: neighbours in this order
+        are joined by free segments. May be empty.
+
+    Raises
+    ------
+    InvalidWorld
+        For anything that is not a `Disc` or a `Polygon`, and for two
+        obstacles that touch or overlap.
+    """
+
+    obstacles: tuple
+
+    def __post_init__(self):
+        try:
+            obstacles = tuple(self.obstacles)
+        except TypeError:
+            raise InvalidWorld(
+                f"obstacles is {self.obstacles!r}; give a list of Disc and Polygon"
+            ) from None
+        for number, obstacle in enumerate(obstacles, 1):
+            if not isinstance(obstacle, (Disc, Polygon)):
+                raise InvalidWorld(f"obstacle {number} is {obstacle!r}; give a Disc or a Polygon")
+        object.__setattr__(self, "obstacles", obstacles)
+        first, second = self.close_pairs(0.0)
+        if len(first):
+            i, j = first[0], second[0]
+            raise InvalidWorld(
+                f"obstacles {i + 1} ({obstacles[i]}) and {j + 1} ({obstacles[j]}) touch; "
+                "move one, or join them into one polygon"
+            )
+
+    def __len__(self):
+        return len(self.obstacles)
+
+    @cached_property
+    def cores(self):
+        """Shapely geometries of the cores, shape (n,)."""
+        return np.array([obstacle.core for obstacle in self.obstacles], dtype=object)
+
+    @cached_property
+    def radii(self):
+        """Radius by which each core is grown (m), shape (n,)."""
+        return np.array([obstacle.radius for obstacle in self.obstacles], dtype=float)
+
+    @cached_property
+    def edges(self):
+        """All cores' outlines as segments (m), shape (m, 2, 2), by obstacle."""
+        return np.concatenate(
+            [obstacle.edges for obstacle in self.obstacles] or [np.empty((0, 2, 2))]
+        )
+
+    @cached_property
+    def first_edge(self):
+        """Index in `edges` of each obstacle's first segment, shape (n,)."""
+        counts = [len(obstacle.edges) for obstacle in self.obstacles]
+        return np.cumsum([0, *counts[:-1]]) if counts else np.empty(0, int)
+
+    @cached_property
+    def corners(self):
+        """Centres that the robot can turn round, by obstacle.
+
+        A disc has one, its centre; a polygon has its convex corners.
+        """
+        corners = []
+        for obstacle in self.obstacles:
+            if isinstance(obstacle, Disc):
+                corners.append(obstacle.center[None])
+                continue
+            vertices = obstacle.vertices
+            arriving, leaving = (
+                vertices - np.roll(vertices, 1, 0),
+                np.roll(vertices, -1, 0) - vertices,
+            )
+            corners.append(vertices[cross(arriving, leaving) > 0])
+        return tuple(corners)
+
+    def close_pairs(self, gap):
+        """Pairs of obstacles whose boundaries are at most `gap` apart.
+
+        Parameters
+        ----------
+        gap : float
+            Distance (m).
+
+        Returns
+        -------
+        first, second : ndarray of int, shape (k,)
+            Obstacle indices, first < second.
+        """
+        if len(self) < 2:
+            return np.empty(0, int), np.empty(0, int)
+        tree = shapely.STRtree(self.cores)
+        reach = self.radii + self.radii.max() + gap
+        first, second = tree.query(self.cores, predicate="dwithin", distance=reach)
+        once = first < second
+        first, second = first[once], second[once]
+        apart = shapely.distance(self.cores[first], self.cores[second])
+        close = apart - self.radii[first] - self.radii[second] <= gap
+        return first[close], second[close]
+
+    def per_obstacle(self, edge_distances):
+        """Distances from obstacles, given those from all their `edges`.
+
+        Parameters
+        ----------
+        edge_distances : ndarray, shape (..., m)
+            Distance from every edge (m).
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            Distance from every obstacle's boundary (m), n at least 1.
+        """
+        return np.minimum.reduceat(edge_distances, self.first_edge, axis=-1) - self.radii
+
+    def distances(self, geometry):
+        """Distance from every obstacle to one geometry.
+
+        Parameters
+        ----------
+        geometry : shapely geometry
+            Any, in metres.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Distance (m); below or at zero where the obstacle is met.
+        """
+        return shapely.distance(self.cores, geometry) - self.radii
+
+
+def load_table(number, folder=DATA):
+    """One of the paper's Tables 1 to 5 as a world.
+
+    The paper gives the centres only. Shapes and sizes are an assumption:
+    discs, with the radii in ``obstacles.csv``.
+
+    Parameters
+    ----------
+    number : int
+        Table, 1 to 5.
+    folder : path-like
+        Where ``tables.csv`` and ``obstacles.csv`` are.
+
+    Returns
+    -------
+    World
+        Seven discs (m), in the paper's order.
+
+    Raises
+    ------
+    InvalidWorld
+        For a table that is not there, a missing file or column, a value
+        that is no number, an obstacle number that is repeated, left out or
+        without a size, or a centre off the map of Fig. 12.
+
+    Examples
+    --------
+    >>> len(load_table(1))
+    7
+    """
+    centers = read_csv(
+        f"{folder}/tables.csv", {"table": int, "obstacle": int, "x_mm": float, "y_mm": float}
+    )
+    tables = sorted({row["table"] for row in centers})
+    if number not in tables:
+        raise InvalidWorld(f"table {number!r} is not in tables.csv; it has {tables}")
+    rows = [row for row in centers if row["table"] == number]
+    _check_numbering("tables.csv", rows)
+    sizes = read_csv(f"{folder}/obstacles.csv", {"obstacle": int, "radius_mm": float})
+    _check_numbering("obstacles.csv", sizes)
+    if len(sizes) != len(rows):
+        raise InvalidWorld(
+            f"obstacles.csv has {len(sizes)} sizes for the {len(rows)} obstacles of "
+            f"table {number}; give each one"
+        )
+    for row in sizes:
+        if row["radius_mm"] <= 0:
+            raise InvalidWorld(
+                f"obstacles.csv, row {row['row']}: radius_mm is {row['radius_mm']:g}; "
+                "give a positive one"
+            )
+    for row in rows:
+        for axis, (low, high) in zip(("x_mm", "y_mm"), MAP_MM, strict=True):
+            if not low <= row[axis] <= high:
+                raise InvalidWorld(
+                    f"tables.csv, row {row['row']}: {axis} is {row[axis]:g}, "
+                    f"off the map of Fig. 12 ({low} to {high} mm)"
+                )
+    radius_mm = {row["obstacle"]: row["radius_mm"] for row in sizes}
+    return World(
+        [
+            Disc((row["x_mm"] / 1000, row["y_mm"] / 1000), radius_mm[row["obstacle"]] / 1000)
+            for row in sorted(rows, key=lambda row: row["obstacle"])
+        ]
+    )
+
+
+def _check_numbering(file, rows):
+    """Obstacles must be numbered 1 to n, each once."""
+    seen = set()
+    for row in rows:
+        number = row["obstacle"]
+        if number in seen:
+            raise InvalidWorld(
+                f"{file}, row {row['row']}: obstacle {number} is there twice; keep one"
+            )
+        if not 1 <= number <= len(rows):
+            raise InvalidWorld(
+                f"{file}, row {row['row']}: obstacle {number} is out of range; "
+                f"number the {len(rows)} obstacles 1 to {len(rows)}"
+            )
+        seen.add(number)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One panel of the paper's Figs 13 to 16."""
+
+    name: str
+    table: int
+    start: tuple
+    goal: tuple
+    caption: str
+
+
+def load_cases(folder=DATA):
+    """The 16 panels of Figs 13 to 16: name to `Case`, positions in m.
+
+    Raises
+    ------
+    InvalidWorld
+        For a missing file or column, a value that is no number, or a case
+        that is there twice.
+
+    Examples
+    --------
+    >>> load_cases()["16b"].start
+    (0.4, 0.0)
+    """
+    rows = read_csv(
+        f"{folder}/cases.csv",
+        {"case": str, "table": int, "caption": str}
+        | dict.fromkeys(("start_x_mm", "start_y_mm", "goal_x_mm", "goal_y_mm"), float),
+    )
+    cases = {}
+    for row in rows:
+        if row["case"] in cases:
+            raise InvalidWorld(
+                f"cases.csv, row {row['row']}: case {row['case']!r} is there twice; keep one"
+            )
+        cases[row["case"]] = Case(
+            row["case"],
+            row["table"],
+            (row["start_x_mm"] / 1000, row["start_y_mm"] / 1000),
+            (row["goal_x_mm"] / 1000, row["goal_y_mm"] / 1000),
+            row["caption"],
+        )
+    return cases

@@ -1,0 +1,101 @@
+"""Run notebooks and store them clean: ``python tests/refresh_notebooks.py [file ...]``.
+
+Without files, every notebook is refreshed. Stored are source and outputs;
+stripped is what differs from run to run though nothing changed: execution
+times, widget ids and widget state, memory addresses, and the versions in the
+metadata. The same rules decide when a committed output is stale.
+"""
+
+import re
+import sys
+from difflib import unified_diff
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+
+NOTEBOOKS = Path(__file__).resolve().parent.parent / "notebooks"
+KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+#: What a reader reads; pictures are not compared.
+TEXT = ("text/plain", "text/markdown", "text/html", "text/latex")
+
+
+def mask(text):
+    """Text without memory addresses and embedded pictures."""
+    text = re.sub(r"\b0x[0-9a-fA-F]{6,}", "0x0", text)
+    return re.sub(r"data:image/\w+;base64,[A-Za-z0-9+/=\s]+", "data:image", text)
+
+
+def clean(notebook):
+    """Strip in place what differs from run to run; return the notebook."""
+    notebook.metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
+    for cell in notebook.cells:
+        if cell.cell_type != "code":
+            continue
+        cell.metadata.pop("execution", None)
+        outputs = []
+        for output in cell.outputs:
+            if (
+                output.output_type == "stream"
+                and outputs
+                and outputs[-1].get("name") == output.name
+            ):
+                outputs[-1].text += output.text
+                continue
+            if "data" in output:
+                output.data.pop("application/vnd.jupyter.widget-view+json", None)
+                if "text/plain" in output.data:
+                    output.data["text/plain"] = mask(output.data["text/plain"])
+            outputs.append(output)
+        cell.outputs = outputs
+    return notebook
+
+
+def text_output(cell):
+    """Text that a code cell prints or shows, with run-to-run differences masked."""
+    parts = []
+    for output in cell.outputs:
+        if output.output_type == "stream":
+            parts.append(("stream " + output.name, output.text))
+        elif output.output_type == "error":
+            parts.append(("error", f"{output.ename}: {output.evalue}\n"))
+        else:
+            parts += [(kind, output.data[kind] + "\n") for kind in TEXT if kind in output.data]
+    # Streams may be split differently, and flushed in another order, from run to run.
+    merged = {}
+    for kind, text in parts:
+        merged[kind] = merged.get(kind, "") + mask(text)
+    return "".join(f"[{kind}]\n{text}" for kind, text in sorted(merged.items()))
+
+
+def stale_cell(committed, fresh):
+    """First code cell whose committed text is not what it prints now.
+
+    Returns
+    -------
+    (int, str) or None
+        Index of the cell, and the difference.
+    """
+    for number, (before, now) in enumerate(zip(committed.cells, fresh.cells, strict=True)):
+        if before.cell_type != "code":
+            continue
+        old, new = text_output(before), text_output(now)
+        if old != new:
+            difference = unified_diff(
+                old.splitlines(), new.splitlines(), "committed", "fresh", lineterm=""
+            )
+            return number, "\n".join(difference)
+    return None
+
+
+def refresh(file):
+    """Run one notebook from its folder and store it clean."""
+    notebook = nbformat.read(file, as_version=4)
+    NotebookClient(notebook, timeout=120, kernel_name="python3").execute(cwd=str(file.parent))
+    nbformat.write(clean(notebook), file)
+
+
+if __name__ == "__main__":
+    for path in map(Path, sys.argv[1:] or sorted(NOTEBOOKS.rglob("*.ipynb"))):
+        print(path.name, flush=True)
+        refresh(path.resolve())
