@@ -22,7 +22,9 @@ def wrap_angle(angle):
     >>> float(wrap_angle(3 * np.pi))
     3.141592653589793
     """
-    return np.pi - np.mod(np.pi - np.asarray(angle, float), 2 * np.pi)
+    wrapped = np.pi - np.mod(np.pi - np.asarray(angle, float), 2 * np.pi)
+    # Round-off of the modulus can leave -pi.
+    return np.where(wrapped <= -np.pi, np.pi, wrapped)
 
 
 def unit(angle):
@@ -203,7 +205,7 @@ def arc_segment_distance(center, radius, start_angle, sweep, segments):
 
     ends = center + radius[..., None] * unit(start_angle + sweep * [0.0, 1.0])
     offset = on_segment - center
-    turned = np.mod(np.sign(sweep) * (angle_of(offset) - start_angle), 2 * np.pi)
+    turned = np.mod(np.where(sweep < 0, -1, 1) * (angle_of(offset) - start_angle), 2 * np.pi)
     to_circle = np.abs(np.hypot(offset[..., 0], offset[..., 1]) - radius)
     beside = np.where(turned <= np.abs(sweep), to_circle, np.inf).min(-1)
     return np.minimum(beside, point_segment_distance(ends, segments[..., None, :, :]).min(-1))

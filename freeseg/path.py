@@ -142,6 +142,9 @@ class Path:
         object.__setattr__(self, "pieces", tuple(self.pieces))
         if not self.pieces:
             raise InvalidParameter("a path needs at least one piece; it has none")
+        for piece in self.pieces:
+            if not isinstance(piece, (Line, Arc)):
+                raise InvalidParameter(f"path piece {piece!r} is no Line and no Arc; give those")
         for before, after in zip(self.pieces, self.pieces[1:], strict=False):
             x, y, theta = before.at(before.length)
             next_x, next_y, next_theta = after.at(0.0)
@@ -223,7 +226,7 @@ class Path:
         if not step > 0:
             raise InvalidParameter(f"step is {step!r}; give a positive length (m)")
         inside = [
-            np.linspace(0, piece.length, int(np.ceil(piece.length / step)) + 1)[:-1]
+            np.linspace(0, piece.length, max(math.ceil(piece.length / step), 1) + 1)[:-1]
             for piece in self.pieces
         ]
         points = [

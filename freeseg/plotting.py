@@ -303,14 +303,9 @@ def draw_robot(pose, robot, ax):
     nose : matplotlib Line2D
         The artists, for an animation to move.
     """
-    disc = Circle(
-        (0, 0),
-        1000 * robot.radius,
-        fc=PALETTE["robot"],
-        ec=PALETTE["planned"],
-        alpha=0.35,
-        zorder=4,
-    )
+    x, y, _ = pose
+    disc = Circle((1000 * x, 1000 * y), 1000 * robot.radius, fc=PALETTE["robot"], alpha=0.35)
+    disc.set(edgecolor=PALETTE["planned"], zorder=4)
     ax.add_patch(disc)
     (nose,) = ax.plot([], [], color=PALETTE["planned"], lw=1.5, zorder=5)
     move_robot(disc, nose, pose)

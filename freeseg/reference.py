@@ -13,8 +13,8 @@ from freeseg.robot import KheperaIV, check_positive
 #: Cruising speed (m/s) and acceleration along the path (m/s^2). Not published: assumptions.
 SPEED, ACCELERATION = 0.1, 0.2
 
-#: Time between two points of a reference (s).
-GRID = 0.001
+#: Time between two points of a reference (s), and how many points a slow one has at most.
+GRID, MOST_POINTS = 0.001, 200_000
 
 
 class Sample(NamedTuple):
@@ -110,7 +110,7 @@ def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
     Returns
     -------
     Reference
-        On a grid of 1 ms.
+        On a grid of 1 ms, or coarser where it lasts longer than 200 s.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
     top = min(speed, np.sqrt(acceleration * path.length))
     ramp = top / acceleration
     duration = ramp + path.length / top
-    t = np.linspace(0, duration, int(np.ceil(duration / GRID)) + 1)
+    t = np.linspace(0, duration, int(min(np.ceil(duration / GRID) + 1, MOST_POINTS)))
     v = np.minimum(top, acceleration * np.minimum(t, duration - t))
     v_dot = acceleration * ((t < ramp).astype(float) - (t > duration - ramp))
     from_end = np.minimum(t, duration - t)

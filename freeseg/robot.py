@@ -67,7 +67,8 @@ class KheperaIV:
 
     def __post_init__(self):
         for parameter in fields(self):
-            check_positive(f"robot.{parameter.name}", getattr(self, parameter.name))
+            value = check_positive(f"robot.{parameter.name}", getattr(self, parameter.name))
+            object.__setattr__(self, parameter.name, value)
 
     @property
     def radius(self):

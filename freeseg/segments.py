@@ -137,11 +137,12 @@ class Endpoint:
 def find_endpoints(world, segments):
     """Endpoints of the safe segments, and outer endpoints.
 
-    The paper numbers outer endpoints (p1 and p6 in its Fig. 4) but does not
-    say where they are. Here an obstacle has them wherever its boundary faces
-    no neighbour: a disc at least every quarter turn between the segments
-    that end on it, a polygon at its convex corners. An end of a danger
-    segment is no endpoint, for danger segments are ignored.
+    An end of a danger segment is no endpoint, for danger segments are
+    ignored. The paper also draws endpoints that belong to no segment (p1 and
+    p6 in its Fig. 4) but does not say where they are. Here an obstacle has
+    such outer endpoints wherever its boundary faces no neighbour: a disc at
+    least every quarter turn between its segments, a polygon at its convex
+    corners.
 
     Parameters
     ----------
@@ -175,11 +176,8 @@ def find_endpoints(world, segments):
                 point = obstacle.center + obstacle.radius * outward
                 endpoints.append(Endpoint(point, outward, index, None, obstacle.center))
         else:
-            middle = np.array(obstacle.core.centroid.coords[0])
-            for corner in corners:
-                endpoints.append(
-                    Endpoint(corner, unit(angle_of(corner - middle)), index, None, corner)
-                )
+            for corner, outward in zip(corners, obstacle.outward, strict=True):
+                endpoints.append(Endpoint(corner, outward, index, None, corner))
     return tuple(endpoints)
 
 

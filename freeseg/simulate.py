@@ -75,7 +75,10 @@ def simulate(tracker, reference, robot=None, dt=0.05, initial_offset=(0.0, 0.0, 
         raise InvalidParameter(
             f"dt is {dt} s, and the reference lasts {reference.duration:.3f} s; shorten it"
         )
-    offset = np.asarray(initial_offset, float)
+    try:
+        offset = np.asarray(initial_offset, float)
+    except (TypeError, ValueError):
+        offset = np.array(np.nan)
     if offset.shape[:1] != (3,) or offset.ndim > 2 or not np.isfinite(offset).all():
         raise InvalidParameter(
             f"initial_offset is {initial_offset!r}; give three finite numbers or three rows of them"

@@ -13,7 +13,7 @@ import shapely
 
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidQuery, InvalidWorld
-from freeseg.geometry import cross
+from freeseg.geometry import angle_of, cross, unit
 
 #: The map of the paper's Fig. 12: x and y from ... to ... (mm).
 MAP_MM = ((0, 900), (-100, 900))
@@ -81,6 +81,11 @@ class Disc:
         """The core's outline as segments, shape (1, 2, 2): one of length zero."""
         return np.stack([self.center, self.center])[None]
 
+    @property
+    def corners(self):
+        """Centres that the robot can turn round, shape (1, 2)."""
+        return self.center[None]
+
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
@@ -133,6 +138,23 @@ class Polygon:
         """The outline as segments, shape (n, 2, 2)."""
         return np.stack([self.vertices, np.roll(self.vertices, -1, 0)], axis=1)
 
+    @property
+    def corners(self):
+        """Centres that the robot can turn round, shape (k, 2): convex corners."""
+        return self.vertices[self._convex]
+
+    @property
+    def outward(self):
+        """Unit vectors that halve the angle outside each of `corners`, shape (k, 2)."""
+        along = unit(angle_of(np.roll(self.vertices, -1, 0) - self.vertices))
+        return unit(angle_of(np.roll(along, 1, 0) - along))[self._convex]
+
+    @property
+    def _convex(self):
+        """Which vertices are convex corners, shape (n,)."""
+        leaving = np.roll(self.vertices, -1, 0) - self.vertices
+        return cross(np.roll(leaving, 1, 0), leaving) > 0
+
 
 @dataclass(frozen=True, eq=False)
 class World:
@@ -166,9 +188,10 @@ class World:
         object.__setattr__(self, "obstacles", obstacles)
         first, second = self.close_pairs(0.0)
         if len(first):
-            i, j = first[0], second[0]
+            i, j = int(first[0]), int(second[0])
+            at = [self.corners[index].mean(0).tolist() for index in (i, j)]
             raise InvalidWorld(
-                f"obstacles {i + 1} ({obstacles[i]}) and {j + 1} ({obstacles[j]}) touch; "
+                f"obstacles {i + 1} at {at[0]} m and {j + 1} at {at[1]} m touch or overlap; "
                 "move one, or join them into one polygon"
             )
 
@@ -204,18 +227,7 @@ class World:
 
         A disc has one, its centre; a polygon has its convex corners.
         """
-        corners = []
-        for obstacle in self.obstacles:
-            if isinstance(obstacle, Disc):
-                corners.append(obstacle.center[None])
-                continue
-            vertices = obstacle.vertices
-            arriving, leaving = (
-                vertices - np.roll(vertices, 1, 0),
-                np.roll(vertices, -1, 0) - vertices,
-            )
-            corners.append(vertices[cross(arriving, leaving) > 0])
-        return tuple(corners)
+        return tuple(obstacle.corners for obstacle in self.obstacles)
 
     def close_pairs(self, gap):
         """Pairs of obstacles whose boundaries are at most `gap` apart.

@@ -5,7 +5,8 @@ the turning point, place the dangerous circle, plan the path, and as long as
 there is a danger problem, solve it and come back.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import shapely
@@ -213,14 +214,31 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
     )
 
 
+@lru_cache(maxsize=16)
+def _prepare(world, robot, margin):
+    """What does not depend on start and goal: many queries of a world share it.
+
+    Returns
+    -------
+    segments : tuple of FreeSegment
+    endpoints : tuple of Endpoint
+    dead_ends : frozenset of int
+        Obstacles all of whose segments are danger.
+    """
+    segments = free_segments(world, robot, margin)
+    joined = {index for segment in segments for index in segment.obstacles}
+    passable = {index for segment in segments if segment.safe for index in segment.obstacles}
+    return segments, find_endpoints(world, segments), frozenset(joined - passable)
+
+
 class _Search:
     """State of one planning run; its methods are the boxes of Fig. 3."""
 
     def __init__(self, world, start, goal, robot, margin):
         self.world, self.robot, self.margin = world, robot, margin
-        self.start, self.goal, self.reach = check_query(world, start, goal, robot, margin)
-        self.segments = free_segments(world, robot, margin)
-        self.endpoints = find_endpoints(world, self.segments)
+        self.start, self.goal, reach = check_query(world, start, goal, robot, margin)
+        self.segments, self.endpoints, self.dead_ends = _prepare(world, robot, margin)
+        self.turning_radii = world.radii + reach
         self.turns, self.group, self.seen, self.steps = [], set(), {()}, []
         self.path, self.passed = self.connect([])
         self.record("straight")
@@ -260,20 +278,22 @@ class _Search:
             )
         chosen = next((candidate for candidate in candidates if not candidate.rejected), None)
         if chosen is not None:
-            kind = "turning point" if first else "case 1" if distance <= 0 else "case 2"
             turns = self.turns.copy()
             turns.insert(leg_number, self.turn(chosen.endpoint, chosen.sense))
             if self.adopt(turns):
+                kind = "turning point" if first else "case 1" if distance <= 0 else "case 2"
                 self.record(kind, blocking=blocking, leg=leg, candidates=candidates)
-                if self.drop_needless_turns():
-                    return
+                if not self.drop_needless_turns():
+                    self.go_round_group(blocking)
+                return
+            refused = replace(chosen, rejected="it leads back to turns tried before, or to none")
+            candidates = tuple(refused if one is chosen else one for one in candidates)
         self.go_round_group(blocking, leg, candidates)
 
     def turn(self, endpoint, sense):
         """Turning point at an endpoint."""
-        index = endpoint.obstacle
-        radius = float(self.world.radii[index] + self.reach[index])
-        return TurningPoint(endpoint, index, endpoint.center, radius, sense)
+        radius = float(self.turning_radii[endpoint.obstacle])
+        return TurningPoint(endpoint, endpoint.obstacle, endpoint.center, radius, sense)
 
     def adopt(self, turns):
         """Take these turns, unless they have no path or were tried before."""
@@ -310,46 +330,69 @@ class _Search:
         leg = np.array(
             [before.point if before else self.start, after.point if after else self.goal]
         )
-        points = np.array([endpoint.point for endpoint in endpoints])
+        points = np.array([endpoint.point for endpoint in endpoints]).reshape(-1, 2)
         detours = np.hypot(*(points - leg[0]).T) + np.hypot(*(points - leg[1]).T)
-        candidates, found = [], False
-        for index in np.argsort(detours, kind="stable"):
-            endpoint, sense, problem = endpoints[index], 0, "a shorter detour was found"
-            if not found:
-                sense, problem = self.examine(endpoint, before, after)
-                found = not problem
-            candidates.append(Candidate(endpoint, float(detours[index]), sense, problem))
-        return leg, tuple(candidates)
+        verdicts, middle = {}, None
+        order = np.argsort(detours, kind="stable").tolist()
+        for chosen in order:
+            *verdicts[chosen], middle = self.examine(endpoints[chosen], before, after)
+            if middle is not None:
+                break
+        if middle is not None and endpoints[chosen].segment is None:
+            # The end of a safe segment may lie on the same turn: then that is the paper's point.
+            for index in order:
+                twin = endpoints[index]
+                same_circle = np.array_equal(twin.center, endpoints[chosen].center)
+                if twin.segment is not None and same_circle and middle @ twin.outward > 0:
+                    verdicts[index] = verdicts[chosen]
+                    alike = f"the end of segment {twin.segment + 1} turns alike"
+                    verdicts[chosen] = verdicts[chosen][0], alike
+                    break
+        skipped = 0, "a shorter detour was found"
+        return leg, tuple(
+            Candidate(endpoints[index], float(detours[index]), *verdicts.get(index, skipped))
+            for index in order
+        )
 
     def examine(self, endpoint, before, after):
-        """Sense of the turn past an endpoint, and what is wrong with it."""
-        own = [segment.safe for segment in self.segments if endpoint.obstacle in segment.obstacles]
-        if own and not any(own):
-            return 0, "all segments of its obstacle are danger"
-        come = (before.center, before.sense * before.radius) if before else (self.start, 0)
-        go = (after.center, after.sense * after.radius) if after else (self.goal, 0)
-        problem = "no tangent leads to its dangerous circle and on"
-        for sense in (1, -1):
-            turn = self.turn(endpoint, sense)
-            _, join = tangents(*come, turn.center, sense * turn.radius)
-            leave, _ = tangents(turn.center, sense * turn.radius, *go)
-            if not np.isfinite([join, leave]).all():
-                continue
-            sweep = arc_sweep(turn.center, sense, join, leave)
-            first = angle_of(join - turn.center)
-            # A turn past the endpoint has its middle on the endpoint's side of the obstacle.
-            if not GRAZING < abs(sweep) <= np.pi or unit(first + sweep / 2) @ endpoint.outward <= 0:
-                problem = "no turn is needed to pass there"
-                continue
-            clearance = self.world.per_obstacle(
-                arc_segment_distance(turn.center, turn.radius, first, sweep, self.world.edges)
-            )
-            if clearance.min() >= self.robot.radius - ROUND_OFF:
-                return sense, ""
-            return sense, f"a turn there touches obstacle {np.argmin(clearance) + 1}"
-        return 0, problem
+        """Sense of the turn past an endpoint, what is wrong, and where its middle is.
 
-    def go_round_group(self, blocking, leg, candidates):
+        The middle, as a direction from the circle's centre, is None where
+        something is wrong.
+        """
+        index, center = endpoint.obstacle, endpoint.center
+        if index in self.dead_ends:
+            return 0, "all segments of its obstacle are danger", None
+        radius, senses = self.turning_radii[index], np.array([1, -1])
+        signed = senses * radius
+        come = (before.center, before.sense * before.radius) if before else (self.start, 0.0)
+        go = (after.center, after.sense * after.radius) if after else (self.goal, 0.0)
+        # First row: from where the robot comes to the circle; second row: on from there.
+        (_, leave), (join, _) = tangents(
+            np.array([come[0], center])[:, None],
+            np.array([[come[1], come[1]], signed]),
+            np.array([center, go[0]])[:, None],
+            np.array([signed, [go[1], go[1]]]),
+        )
+        if not np.isfinite([join, leave]).all(-1).all(0).any():
+            return 0, "no tangent leads to its dangerous circle and on", None
+        sweep, first = arc_sweep(center, senses, join, leave), angle_of(join - center)
+        middle = unit(first + sweep / 2)
+        # A turn past the endpoint has its middle on the endpoint's side of the obstacle.
+        needed = (np.abs(sweep) > GRAZING) & (np.abs(sweep) <= np.pi)
+        past = needed & (middle @ endpoint.outward > 0)
+        if not past.any():
+            return 0, "no turn is needed to pass there", None
+        side = int(np.argmax(past))
+        clearance = self.world.per_obstacle(
+            arc_segment_distance(center, radius, first[side], sweep[side], self.world.edges)
+        )
+        if clearance.min() < self.robot.radius - ROUND_OFF:
+            touched = int(np.argmin(clearance)) + 1
+            return int(senses[side]), f"a turn there touches obstacle {touched}", None
+        return int(senses[side]), "", middle[side]
+
+    def go_round_group(self, blocking, leg=None, candidates=()):
         """Escape a local minimum (section 3.3.2): the shortest way round groups."""
         label = group_labels(self.world, self.robot.diameter + self.margin)
         # Normally the blocking obstacle's group is new; if not, the turns' groups, at last all.
@@ -363,7 +406,7 @@ class _Search:
             )
         self.group = grown
         members = sorted(self.group)
-        reach = self.world.radii + self.reach
+        reach = self.turning_radii
         corners = [self.world.corners[index] for index in members]
         edges = [self.world.obstacles[index].edges for index in members]
         circles = (

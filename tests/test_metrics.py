@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import freeseg as fs
+from freeseg.simulate import Run
+
+T = np.array([0.0, 0.5, 1.0, 1.5])
+
+
+def make_run(x_e, y_e=0.0, alpha_e=0.0, wheels=0.0):
+    """A run with these errors, one robot or a batch; its poses do not matter here."""
+    x_e = np.asarray(x_e, float)
+    error = np.stack(np.broadcast_arrays(x_e, y_e, alpha_e))
+    wheels = np.broadcast_to(wheels, (2, *x_e.shape))
+    return Run(T, np.zeros_like(error), np.zeros((3, len(T))), error, wheels, fs.KheperaIV())
+
+
+def test_planning_of_case_16b(tables):
+    world = tables[1]
+    plan = fs.plan(world, (0.4, 0), (0.8, 0.5))
+    numbers = fs.metrics.planning(world, plan)
+    assert numbers["length_m"] == plan.path.length
+    # The path touches its dangerous circles: R_D = 70.4 mm + 5 mm / 2 off the discs.
+    assert numbers["clearance_m"] == pytest.approx(0.0729)
+    assert numbers["turns"] == 2
+    assert (numbers["safe_segments"], numbers["danger_segments"]) == (6, 0)
+    assert numbers["repairs"] == 1
+
+
+def test_planning_of_a_straight_way():
+    # By hand: two discs 120 mm apart, too close to pass between, and a line beside them.
+    world = fs.World([fs.Disc((0, 0), 0.04), fs.Disc((0.2, 0), 0.04)])
+    numbers = fs.metrics.planning(world, fs.plan(world, (-0.5, 0.3), (0.5, 0.3)))
+    assert numbers == {
+        "length_m": pytest.approx(1),
+        "clearance_m": pytest.approx(0.26),
+        "turns": 0,
+        "safe_segments": 0,
+        "danger_segments": 1,
+        "repairs": 0,
+    }
+
+
+def test_repairs_are_the_steps_after_the_first_turning_point(cases, tables):
+    for case in cases.values():
+        plan = fs.plan(tables[case.table], case.start, case.goal)
+        repairs = fs.metrics.planning(tables[case.table], plan)["repairs"]
+        assert repairs == sum(step.kind not in {"straight", "turning point"} for step in plan.steps)
+
+
+def test_tracking_errors_by_hand():
+    numbers = fs.metrics.tracking(
+        make_run([0.03, 0, 0, -0.003], [-0.04, 0.005, 0, 0.004], [0.3, -0.4, 0, 0])
+    )
+    assert numbers["position_rms_m"] == pytest.approx(np.sqrt(0.05**2 + 2 * 0.005**2) / 2)
+    assert numbers["position_max_m"] == pytest.approx(0.05)
+    assert numbers["position_final_m"] == pytest.approx(0.005)
+    assert numbers["heading_rms_rad"] == pytest.approx(0.25)
+    assert numbers["heading_final_rad"] == 0
+    assert numbers["settling_time_s"] == 0.5
+    assert all(isinstance(value, float) for value in numbers.values())
+
+
+def test_the_final_heading_error_is_an_amount():
+    numbers = fs.metrics.tracking(make_run(np.zeros(4), alpha_e=[0, 0, 0, -0.2]))
+    assert numbers["heading_final_rad"] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("x_e", "settling"),
+    [
+        ([0, 0, 0, 0], 0),
+        ([0.009, -0.009, 0.009, -0.009], 0),
+        ([0.02, 0.009, 0.009, 0.009], 0.5),
+        ([0.02, 0.009, 0.011, 0.009], 1.5),  # it counts from when it stays
+        ([0.009, 0.009, -0.011, 0.009], 1.5),
+        ([0.02, 0.02, 0.02, 0.02], np.inf),
+        ([0.009, 0.009, 0.009, 0.02], np.inf),  # leaves at the end
+        ([0.02, 0.02, 0.02, 0.01], np.inf),  # 10 mm is not below 10 mm
+    ],
+)
+def test_settling_time(x_e, settling):
+    assert fs.metrics.tracking(make_run(x_e))["settling_time_s"] == settling
+
+
+def test_wheel_numbers_by_hand():
+    wheels = [[0.1, 0.3, 0.3, 0.2], [0.2, 0.2, -0.4, -0.4]]
+    numbers = fs.metrics.tracking(make_run(np.zeros(4), wheels=wheels))
+    assert numbers["wheel_speed_max_m_s"] == pytest.approx(0.4)
+    assert numbers["wheel_acceleration_max_m_s2"] == pytest.approx(0.6 / 0.5)
+    # From rest: right 0.1 + 0.2 + 0 + 0.1, left 0.2 + 0 + 0.6 + 0.
+    assert numbers["wheel_variation_m_s"] == pytest.approx(0.8)
+
+
+def test_the_first_step_from_rest_is_an_acceleration():
+    numbers = fs.metrics.tracking(make_run(np.zeros(4), wheels=0.5))
+    assert numbers["wheel_acceleration_max_m_s2"] == pytest.approx(1)
+    assert numbers["wheel_variation_m_s"] == pytest.approx(0.5)
+
+
+def test_a_batch_gives_the_numbers_of_its_runs():
+    rng = np.random.default_rng(61)
+    error, wheels = rng.normal(0, 0.01, (3, 5, 4)), rng.normal(0, 1, (2, 5, 4))
+    error[:2, 0] = 0.02
+    error[:2, 1] = 0.001
+    batch = fs.metrics.tracking(make_run(*error, wheels=wheels))
+    assert batch["settling_time_s"][0] == np.inf
+    assert batch["settling_time_s"][1] == 0
+    for name, values in batch.items():
+        assert values.shape == (5,)
+        single = [
+            fs.metrics.tracking(make_run(*error[:, number], wheels=wheels[:, number]))[name]
+            for number in range(5)
+        ]
+        assert_array_equal(values, single)
+
+
+def test_tracking_of_a_simulated_run(tables, cases, robot):
+    plan = fs.plan(tables[1], cases["15a"].start, cases["15a"].goal)
+    reference = fs.make_reference(plan.path, robot)
+    run = fs.simulate(fs.SlidingMode(), reference, robot, initial_offset=(-0.02, 0.03, 0.3))
+    numbers = fs.metrics.tracking(run)
+    assert numbers["position_max_m"] >= np.hypot(0.02, 0.03)
+    assert 0 < numbers["settling_time_s"] < reference.duration
+    assert numbers["wheel_speed_max_m_s"] <= robot.max_wheel_speed
+    assert numbers["wheel_acceleration_max_m_s2"] <= robot.max_wheel_acceleration * (1 + 1e-12)
+    assert_allclose(numbers["position_final_m"], np.hypot(*run.error[:2, -1]))

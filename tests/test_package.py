@@ -1,0 +1,103 @@
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import freeseg as fs
+from freeseg import errors
+
+REQUIREMENTS = (Path(__file__).parent.parent / "environment.txt").read_text(encoding="utf-8")
+#: What the collection uses itself; all other requirements are what these pull in.
+DIRECT = [
+    "casadi",
+    "control",
+    "hypothesis",
+    "ipympl",
+    "ipywidgets",
+    "joblib",
+    "jupyterlab",
+    "matplotlib",
+    "nbmake",
+    "numpy",
+    "pytest",
+    "pytest-xdist",
+    "ruff",
+    "scipy",
+    "shapely",
+    "tqdm",
+]
+
+
+def requirement_lines():
+    lines = [line.strip() for line in REQUIREMENTS.splitlines()]
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+@pytest.mark.parametrize("slow", ["casadi", "control", "matplotlib"])
+def test_importing_freeseg_does_not_import(slow):
+    # In a process of its own: here, other tests have imported everything.
+    code = f"import freeseg, sys; assert 'numpy' in sys.modules; sys.exit({slow!r} in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("name", fs.__all__)
+def test_every_public_name_is_there_and_documented(name):
+    assert inspect.getdoc(getattr(fs, name))
+
+
+def test_public_names_are_sorted_and_unique():
+    assert sorted(set(fs.__all__)) == fs.__all__
+
+
+def test_a_name_that_is_not_there():
+    with pytest.raises(AttributeError, match="no attribute 'planing'"):
+        fs.planing  # noqa: B018
+
+
+def test_every_error_is_a_freeseg_error():
+    found = [error for _, error in inspect.getmembers(errors, inspect.isclass)]
+    assert len(found) >= 6
+    for error in found:
+        assert issubclass(error, fs.FreesegError)
+        assert issubclass(fs.FreesegError, Exception)
+
+
+@pytest.mark.parametrize("name", ["InvalidParameter", "InvalidQuery", "InvalidWorld"])
+def test_an_error_in_a_value_is_a_value_error(name):
+    assert issubclass(getattr(fs, name), ValueError)
+
+
+def test_trapped_carries_the_steps():
+    error = fs.Trapped("no way out", steps=["first", "second"])
+    assert str(error) == "no way out"
+    assert error.steps == ("first", "second")
+    assert fs.Trapped("no way out").steps == ()
+
+
+def test_every_requirement_is_an_exact_pin():
+    *pins, last = requirement_lines()
+    assert last == "-e ."
+    for line in pins:
+        requirement = line.split("#")[0].strip()
+        assert re.fullmatch(
+            r"[a-z0-9-]+==[0-9][0-9a-z.]*( ; [a-z_]+ [<=>!]+ '[^']+')?", requirement
+        )
+
+
+def test_no_requirement_is_there_twice():
+    names = [line.split("==")[0] for line in requirement_lines()]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("name", DIRECT)
+def test_direct_dependencies_are_pinned_and_explained(name):
+    (line,) = (line for line in requirement_lines() if line.startswith(f"{name}=="))
+    assert re.search(r"# \w+", line)
+
+
+def test_only_direct_dependencies_are_explained():
+    explained = {line.split("==")[0] for line in requirement_lines() if "#" in line}
+    assert explained == set(DIRECT)

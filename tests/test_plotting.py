@@ -1,0 +1,271 @@
+import base64
+import re
+from io import BytesIO
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.patches import Circle
+from matplotlib.patches import Polygon as PolygonPatch
+from numpy.testing import assert_allclose, assert_array_equal
+from PIL import Image
+
+import freeseg as fs
+from freeseg.plotting import PALETTE
+
+
+@pytest.fixture(autouse=True)
+def no_window_and_no_trace(monkeypatch):
+    """Draw without a screen; nothing may be shown, nor global settings changed."""
+
+    def show(*args, **kwargs):
+        raise AssertionError("a figure was shown")
+
+    plt.switch_backend("Agg")
+    monkeypatch.setattr(plt, "show", show)
+    monkeypatch.setattr(plt.Figure, "show", show)
+    before = dict(mpl.rcParams)
+    yield
+    plt.close("all")
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.fixture
+def ax():
+    return plt.figure().add_subplot()
+
+
+@pytest.fixture(scope="module")
+def world():
+    """Three obstacles in the way of a line: two discs and a polygon, one danger segment."""
+    triangle = fs.Polygon([(0.55, -0.1), (0.65, 0.1), (0.45, 0.1)])
+    return fs.World([fs.Disc((0.2, 0.35), 0.05), fs.Disc((0.3, 0.1), 0.05), triangle])
+
+
+@pytest.fixture(scope="module")
+def plan(world):
+    return fs.plan(world, (0, 0), (1, 0))
+
+
+@pytest.fixture(scope="module")
+def run(plan, robot):
+    reference = fs.make_reference(plan.path, robot)
+    return fs.simulate(fs.SlidingMode(), reference, robot, initial_offset=(0, 0.02, 0.2))
+
+
+def labels(ax):
+    return [label for label in ax.get_legend_handles_labels()[1] if not label.startswith("_")]
+
+
+def line_labelled(ax, label):
+    (line,) = (line for line in ax.lines if line.get_label() == label)
+    return line
+
+
+def assert_map_in_mm(ax):
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (mm)", "y (mm)")
+    assert ax.get_aspect() == 1
+
+
+def test_plot_world_draws_every_obstacle_in_mm_with_its_number(world, ax):
+    assert fs.plotting.plot_world(world, ax) is ax
+    assert_map_in_mm(ax)
+    first, second, third = ax.patches
+    assert isinstance(first, Circle)
+    assert_allclose(first.center, (200, 350))
+    assert (first.radius, second.radius) == (50, 50)
+    assert isinstance(third, PolygonPatch)
+    assert_allclose(third.get_xy()[:-1], 1000 * world.obstacles[2].vertices)
+    assert [text.get_text() for text in ax.texts] == ["1", "2", "3"]
+    assert_allclose(ax.texts[1].xy, (300, 100))
+    # All of them are in view.
+    assert ax.get_xlim()[0] <= 150
+    assert ax.get_xlim()[1] >= 650
+    assert ax.get_ylim()[0] <= -100
+
+
+def test_plot_world_of_no_obstacle(ax):
+    assert fs.plotting.plot_world(fs.World([]), ax) is ax
+    assert len(ax.patches) == 0
+
+
+def test_functions_open_a_figure_where_they_are_given_none(world, plan, run):
+    for draw in (
+        lambda: fs.plotting.plot_world(world),
+        lambda: fs.plotting.plot_segments(plan.segments),
+        lambda: fs.plotting.plot_path(plan.path),
+        lambda: fs.plotting.plot_plan(world, plan),
+        lambda: fs.plotting.plot_step(world, plan, plan.steps[-1]),
+        lambda: fs.plotting.plot_tracking(world, plan, run),
+        lambda: fs.plotting.plot_wheels(run),
+        lambda: fs.plotting.plot_errors(run)[0],
+    ):
+        before = plt.get_fignums()
+        figure = draw().figure
+        assert plt.get_fignums() == [*before, figure.number]
+
+
+def test_plot_segments_tells_safe_from_danger(plan, ax):
+    assert [segment.safe for segment in plan.segments] == [True, False]
+    assert fs.plotting.plot_segments(plan.segments, ax, lengths=True) is ax
+    assert_map_in_mm(ax)
+    assert labels(ax) == ["safe segment", "danger segment"]
+    for line, segment in zip(ax.lines, plan.segments, strict=True):
+        assert_allclose(line.get_xydata(), 1000 * segment.ends)
+        assert line.get_color() == PALETTE["safe" if segment.safe else "danger"]
+    written = [text.get_text() for text in ax.texts]
+    assert written == [f"{1000 * segment.length:.0f}" for segment in plan.segments]
+
+
+def test_plot_segments_labels_each_kind_once(tables, ax):
+    segments = fs.free_segments(tables[2])
+    fs.plotting.plot_segments(segments, ax)
+    assert sorted(labels(ax)) == ["danger segment", "safe segment"]
+    assert len(ax.lines) == 6
+    assert len(ax.texts) == 0
+
+
+def test_plot_path_draws_the_centre_line_in_mm(plan, ax):
+    assert fs.plotting.plot_path(plan.path, ax, color="red", label="a path", lw=5) is ax
+    assert_map_in_mm(ax)
+    (line,) = ax.lines
+    assert_allclose(line.get_xydata(), 1000 * plan.path.sample(0.002))
+    assert (line.get_color(), line.get_label(), line.get_linewidth()) == ("red", "a path", 5)
+
+
+def test_plot_circle(ax):
+    assert fs.plotting.plot_circle((0.1, 0.2), 0.05, ax, label="dangerous circle") is ax
+    (circle,) = ax.patches
+    assert_allclose((*circle.center, circle.radius), (100, 200, 50))
+    assert not circle.get_fill()
+    assert labels(ax) == ["dangerous circle"]
+
+
+def test_plot_query(ax):
+    assert fs.plotting.plot_query((0.1, 0.2), (0.3, 0.4), ax) is ax
+    assert_allclose(line_labelled(ax, "start").get_xydata(), [(100, 200)])
+    assert_allclose(line_labelled(ax, "goal").get_xydata(), [(300, 400)])
+
+
+def test_plot_band_is_as_wide_as_the_robot(plan, robot, ax):
+    assert fs.plotting.plot_band(plan.path, robot, ax) is ax
+    (band,) = ax.patches
+    low = band.get_xy().min(0)
+    # Left of the start, by the radius; its round ends are polygons.
+    assert low[0] == pytest.approx(-1000 * robot.radius, abs=0.1)
+    assert labels(ax) == ["swept by the robot"]
+
+
+def test_plot_plan_draws_all_of_it(world, plan, ax):
+    assert fs.plotting.plot_plan(world, plan, ax) is ax
+    assert_map_in_mm(ax)
+    assert plan.turning_points
+    circles = [patch for patch in ax.patches if isinstance(patch, Circle) and not patch.get_fill()]
+    expected = [1000 * np.array([*turn.center, turn.radius]) for turn in plan.turning_points]
+    assert_allclose([(*circle.center, circle.radius) for circle in circles], expected)
+    assert sorted(labels(ax)) == [
+        "danger segment",
+        "dangerous circle",
+        "goal",
+        "planned path",
+        "safe segment",
+        "start",
+        "swept by the robot",
+    ]
+    way = line_labelled(ax, "planned path").get_xydata()
+    assert_allclose(way[[0, -1]], [(0, 0), (1000, 0)], atol=1e-9)
+
+
+def test_plot_step_draws_its_candidates_and_its_choice(world, plan, ax):
+    step = plan.steps[1]
+    assert step.chosen
+    assert fs.plotting.plot_step(world, plan, step, ax) is ax
+    assert_map_in_mm(ax)
+    assert ax.get_title() == step.kind
+    chosen = line_labelled(ax, "turning point")
+    assert_allclose(chosen.get_xydata(), [1000 * step.chosen.endpoint.point])
+    way = line_labelled(ax, "path after this step").get_xydata()
+    assert_allclose(way, 1000 * step.path.sample(0.002))
+    points = {tuple(line.get_xydata()[0]) for line in ax.lines if line.get_marker() == "o"}
+    assert {tuple(1000 * candidate.endpoint.point) for candidate in step.candidates} <= points
+
+
+def test_plot_step_of_the_straight_way_has_no_turning_point(world, plan, ax):
+    fs.plotting.plot_step(world, plan, plan.steps[0], ax)
+    assert ax.get_title() == "straight"
+    assert "turning point" not in labels(ax)
+
+
+def test_plot_tracking_draws_the_driven_way_and_robots_on_it(world, plan, run, robot, ax):
+    assert fs.plotting.plot_tracking(world, plan, run, ax) is ax
+    assert_map_in_mm(ax)
+    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), 1000 * run.pose[:2].T)
+    assert {"planned path", "tracked", "start", "goal"} <= set(labels(ax))
+    robots = [
+        patch
+        for patch in ax.patches
+        if isinstance(patch, Circle) and patch.radius == 1000 * robot.radius
+    ]
+    assert len(robots) == 6
+    assert_allclose(robots[-1].center, 1000 * run.pose[:2, -1])
+
+
+def test_draw_and_move_robot(robot, ax):
+    disc, nose = fs.plotting.draw_robot((0.1, 0.2, np.pi / 2), robot, ax)
+    assert_allclose((*disc.center, disc.radius), (100, 200, 70.4))
+    assert_allclose(nose.get_xydata(), [(100, 200), (100, 270.4)])
+    fs.plotting.move_robot(disc, nose, (0.3, 0.4, 0))
+    assert_allclose(disc.center, (300, 400))
+    assert_allclose(nose.get_xydata(), [(300, 400), (370.4, 400)])
+
+
+def test_plot_errors_in_mm_and_degrees(run):
+    axes = plt.figure().subplots(3)
+    assert fs.plotting.plot_errors(run, axes) is axes
+    for ax, error, factor in zip(axes, run.error, (1000, 1000, 180 / np.pi), strict=True):
+        curve = ax.lines[-1]
+        assert_array_equal(curve.get_xdata(), run.t)
+        assert_allclose(curve.get_ydata(), factor * error)
+    assert [re.sub(r".*\((.*)\)", r"\1", ax.get_ylabel()) for ax in axes] == ["mm", "mm", "°"]
+    assert axes[-1].get_xlabel() == "time (s)"
+
+
+def test_plot_wheels_in_mm_per_second(run, ax):
+    assert fs.plotting.plot_wheels(run, ax) is ax
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (s)", "wheel speed (mm/s)")
+    for line, speed, side in zip(ax.lines, run.wheels, ("right", "left"), strict=True):
+        assert_allclose(line.get_ydata(), 1000 * speed)
+        assert line.get_drawstyle() == "steps-post"
+        assert side in line.get_label()
+        assert line.get_color() == PALETTE[side]
+    assert len(ax.get_legend().get_texts()) == 2
+
+
+def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run, robot, ax):
+    animation = fs.plotting.animate(world, plan, run, ax, frames=3)
+    html = fs.plotting.as_gif(animation, dpi=30).data
+    assert plt.get_fignums() == []
+    data = re.fullmatch(r'<img alt="[^"]+" src="data:image/gif;base64,([^"]+)">', html)[1]
+    picture = Image.open(BytesIO(base64.b64decode(data)))
+    assert (picture.format, picture.n_frames) == ("GIF", 3)
+    # What the last frame has left.
+    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), 1000 * run.pose[:2].T)
+    disc = ax.patches[-1]
+    assert_allclose((*disc.center, disc.radius), 1000 * np.array([*run.pose[:2, -1], robot.radius]))
+
+
+def test_show_table_is_markdown():
+    table = fs.plotting.show_table(["case", "length (mm)"], [["13a", 805.2], ["13b", None]])
+    assert table.data.splitlines() == [
+        "| case | length (mm) |",
+        "| --- | --- |",
+        "| 13a | 805.2 |",
+        "| 13b | None |",
+    ]
+
+
+def test_palette_names_its_colours():
+    assert {"robot", "planned", "tracked", "safe", "danger", "turning"} <= set(PALETTE)
+    assert all(mpl.colors.is_color_like(color) for color in PALETTE.values())
+    assert len(set(PALETTE.values())) == len(PALETTE)

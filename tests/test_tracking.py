@@ -1,0 +1,384 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import freeseg as fs
+from freeseg.path import Arc, Line
+from freeseg.reference import Reference
+from freeseg.trackers.sliding_mode import SWITCHING
+
+#: Where a robot may start: 2 cm behind, 3 cm to the left and 20 degrees off.
+OFFSET = (-0.02, 0.03, np.radians(20))
+BEND = fs.Path([Arc((0, 0.3), 0.3, -np.pi / 2, 2.5)])
+
+
+@pytest.fixture(scope="module")
+def path(cases, tables):
+    """The planned path of Fig. 15(a)."""
+    return fs.plan(tables[1], cases["15a"].start, cases["15a"].goal).path
+
+
+@pytest.fixture(scope="module")
+def reference(path):
+    return fs.make_reference(path)
+
+
+def assert_within_limits(run, robot, dt):
+    """The wheels are driven from rest and keep the robot's limits at every step."""
+    changes = np.diff(run.wheels, axis=-1, prepend=0.0)
+    assert np.abs(run.wheels).max() <= robot.max_wheel_speed + 1e-12
+    assert np.abs(changes).max() <= robot.max_wheel_acceleration * dt + 1e-12
+
+
+# --- reference -----------------------------------------------------------------------------------
+
+
+def test_reference_goes_from_rest_to_rest_along_the_path(path, reference):
+    assert_allclose(reference.v[[0, -1]], 0, atol=1e-12)
+    assert_allclose(reference.omega[[0, -1]], 0, atol=1e-12)
+    assert_allclose(reference.pose[:2, 0], path.start, atol=1e-12)
+    assert_allclose(reference.pose[:2, -1], path.end, atol=1e-12)
+    assert np.diff(reference.t).max() <= 0.001 + 1e-12
+
+
+def test_speed_is_the_rate_of_the_way_and_adds_up_to_the_length(path, reference):
+    assert np.trapezoid(reference.v, reference.t) == pytest.approx(path.length, rel=1e-6)
+    steps = np.hypot(*np.diff(reference.pose[:2], axis=1))
+    middle = (reference.v[1:] + reference.v[:-1]) / 2
+    assert_allclose(steps, middle * np.diff(reference.t), rtol=0, atol=1e-7)
+    # The rate of v is v_dot, within one step of the grid at the corners of the trapezium.
+    slope = np.diff(reference.v) / np.diff(reference.t)
+    assert_allclose(np.median(slope - reference.v_dot[:-1]), 0, atol=1e-9)
+    assert np.mean(np.abs(slope - reference.v_dot[:-1]) > 1e-6) < 0.001
+
+
+def test_speed_is_trapezoidal_by_hand():
+    # 2 m at 0.2 m/s with ramps of 0.4 m/s^2: 0.5 s of ramp at either end, 10.5 s in all.
+    reference = fs.make_reference(fs.Path([Line((0, 0), (2, 0))]), speed=0.2, acceleration=0.4)
+    assert reference.duration == pytest.approx(10.5)
+    sample = reference.at([0.25, 0.5, 5, 10.25])
+    assert_allclose(sample.pose[0], [0.0125, 0.05, 0.95, 1.9875], atol=1e-6)
+    assert_allclose(sample.v, [0.1, 0.2, 0.2, 0.1], atol=1e-3)
+    assert_allclose(reference.at([0.25, 5, 10.25]).v_dot, [0.4, 0, -0.4])
+
+
+def test_a_short_path_is_left_before_the_cruising_speed_is_reached():
+    # 1 cm with 0.2 m/s^2: half of it takes sqrt(0.01 / 0.2) s.
+    reference = fs.make_reference(fs.Path([Line((0, 0), (0.01, 0))]), speed=0.5, acceleration=0.2)
+    assert reference.duration == pytest.approx(2 * np.sqrt(0.05))
+    assert reference.v.max() == pytest.approx(0.2 * np.sqrt(0.05), rel=1e-2)
+    assert reference.pose[0, -1] == pytest.approx(0.01)
+
+
+def test_a_slow_reference_has_a_coarser_grid(path):
+    # At 0.1 mm/s a grid of 1 ms would have eleven million points.
+    reference = fs.make_reference(path, speed=1e-4)
+    assert len(reference.t) <= 200_000
+    assert reference.duration == pytest.approx(path.length / 1e-4, rel=1e-6)
+    assert_allclose(reference.pose[:2, -1], path.end, atol=1e-12)
+
+
+def test_turn_rate_is_speed_times_curvature(path, reference):
+    s = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(reference.pose[:2], axis=1)))])
+    _, _, theta, curvature = path.at(s * path.length / s[-1])
+    # Away from the joints, where the curvature jumps within a step of the grid.
+    away = np.abs(s[:, None] - path.joints).min(1) > 1e-3
+    assert away.mean() > 0.9
+    assert_allclose(reference.omega[away], (reference.v * curvature)[away], atol=1e-12)
+    assert_allclose(reference.omega_dot[away], (reference.v_dot * curvature)[away], atol=1e-12)
+    assert_allclose(reference.pose[2], theta, atol=1e-4)
+
+
+def test_reference_is_at_rest_beyond_its_ends(reference):
+    ends = reference.at([-1, reference.duration + 1])
+    assert_array_equal(ends.pose, reference.pose[:, [0, -1]])
+    for rate in (ends.v, ends.omega, ends.v_dot, ends.omega_dot):
+        assert_array_equal(rate, [0, 0])
+
+
+def test_reference_at_agrees_with_its_grid(reference):
+    sample = reference.at(reference.t)
+    assert_array_equal(sample.pose, reference.pose)
+    assert_array_equal(sample.v, reference.v)
+    assert reference.at(1.0).pose.shape == (3,)
+    assert reference.at(np.ones((2, 5))).pose.shape == (3, 2, 5)
+
+
+@pytest.mark.parametrize("name", ["speed", "acceleration"])
+@pytest.mark.parametrize("value", [0, -0.1, np.nan, np.inf, None, "fast", (0.1, 0.2)])
+def test_invalid_speed_and_acceleration(path, name, value):
+    with pytest.raises(fs.InvalidParameter, match=f"{name} is "):
+        fs.make_reference(path, **{name: value})
+
+
+def test_speed_is_limited_by_the_outer_wheel(robot):
+    # On an arc of radius R the outer wheel is (1 + L / 2R) times as fast as the robot.
+    limit = robot.max_wheel_speed / (1 + robot.wheel_base / 0.6)
+    reference = fs.make_reference(BEND, speed=0.999 * limit, acceleration=2)
+    wheels = robot.to_wheels(reference.v, reference.omega)
+    assert 0.99 * robot.max_wheel_speed < wheels.max() <= robot.max_wheel_speed
+    with pytest.raises(fs.InvalidParameter, match=r"speed is .* outer wheel allows"):
+        fs.make_reference(BEND, speed=1.001 * limit)
+    straight = fs.Path([Line((0, 0), (9, 0))])
+    with pytest.raises(fs.InvalidParameter, match=r"speed is 1\.1"):
+        fs.make_reference(straight, speed=1.1)
+    with pytest.raises(fs.InvalidParameter, match="acceleration is 3"):
+        fs.make_reference(straight, acceleration=3)
+
+
+@pytest.mark.parametrize("path", [None, [(0, 0), (1, 1)], Line((0, 0), (1, 0))])
+def test_reference_of_what_is_no_path(path):
+    with pytest.raises(fs.InvalidParameter, match="give a Path"):
+        fs.make_reference(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("t", [0.0]),
+        ("t", [1.0, 2.0, 3.0]),
+        ("t", [0.0, 2.0, 1.0]),
+        ("t", [0.0, np.nan, 1.0]),
+        ("pose", np.zeros((2, 3))),
+        ("v", np.zeros(2)),
+        ("omega", [0.0, np.inf, 0.0]),
+        ("v_dot", [np.nan, 0.0, 0.0]),
+        ("omega_dot", 0.0),
+    ],
+)
+def test_invalid_reference(name, value):
+    zero = np.zeros(3)
+    arrays = {"t": np.arange(3.0), "pose": np.zeros((3, 3)), "v": zero, "omega": zero}
+    arrays |= {"v_dot": zero, "omega_dot": zero}
+    assert Reference(**arrays).duration == 2
+    with pytest.raises(fs.InvalidParameter, match="reference"):
+        Reference(**arrays | {name: np.asarray(value)})
+
+
+# --- tracking error ------------------------------------------------------------------------------
+
+
+def test_tracking_error_by_hand():
+    # The robot looks north: a reference to the north-west is ahead and to the left.
+    error = fs.tracking_error((-1, 2, np.pi), (0, 0, np.pi / 2))
+    assert_allclose(error, (2, 1, np.pi / 2), atol=1e-15)
+    # Headings that differ by nearly a whole turn are close.
+    error = fs.tracking_error((0, 0, 3), (0, 0, -3))
+    assert_allclose(error, (0, 0, 6 - 2 * np.pi))
+
+
+def test_tracking_error_does_not_depend_on_the_frame():
+    rng = np.random.default_rng(51)
+    wanted, pose = rng.uniform(-3, 3, (2, 3, 100))
+    turn, shift = 0.7, np.array([[4], [-2], [0.7]])
+    matrix = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0] * 3])
+    matrix[2, 2] = 1
+    moved = fs.tracking_error(matrix @ wanted + shift, matrix @ pose + shift)
+    error = fs.tracking_error(wanted, pose)
+    assert_allclose(moved[:2], error[:2], atol=1e-13)
+    assert_allclose(np.exp(1j * moved[2]), np.exp(1j * error[2]), atol=1e-13)
+
+
+# --- sliding mode --------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def on_path(reference, robot):
+    return fs.simulate(fs.SlidingMode(), reference, robot)
+
+
+@pytest.fixture(scope="module")
+def off_path(reference, robot):
+    return fs.simulate(fs.SlidingMode(), reference, robot, initial_offset=OFFSET)
+
+
+def test_from_on_the_path_the_robot_stays_on_it(reference, on_path):
+    position = np.hypot(*on_path.error[:2])
+    assert np.sqrt((position**2).mean()) <= 0.0015
+    assert_array_equal(on_path.pose[:, 0], reference.pose[:, 0])
+
+
+def test_from_beside_the_path_the_errors_vanish(off_path):
+    assert_allclose(off_path.error[:, 0], fs.tracking_error((0, 0, 0), OFFSET), atol=1e-12)
+    position = np.hypot(*off_path.error[:2])
+    assert position[0] > 0.03
+    assert position[off_path.t >= 4].max() < 0.01
+    assert position[-1] < 0.001
+    assert abs(off_path.error[2, -1]) < 0.02
+
+
+def test_wheels_keep_the_limits(on_path, off_path, robot):
+    assert_within_limits(on_path, robot, 0.05)
+    assert_within_limits(off_path, robot, 0.05)
+
+
+def test_wheels_keep_the_limits_from_wherever_and_whatever_the_gains(reference, robot):
+    rng = np.random.default_rng(52)
+    for _ in range(10):
+        names = ("k1", "k2", "phi1", "phi2", "length_scale")
+        gains = dict(zip(names, 10 ** rng.uniform(-2, 1, len(names)), strict=True))
+        offsets = rng.normal(0, [[0.3], [0.3], [1.5]], (3, 20))
+        tracker = fs.SlidingMode(**gains, switching=str(rng.choice(sorted(SWITCHING))))
+        run = fs.simulate(tracker, reference, robot, dt=0.1, initial_offset=offsets)
+        assert np.isfinite(run.pose).all()
+        assert_within_limits(run, robot, 0.1)
+
+
+def test_a_batch_is_bit_for_bit_its_single_runs(reference, robot):
+    offsets = np.random.default_rng(53).normal(0, [[0.05], [0.05], [0.4]], (3, 7))
+    batch = fs.simulate(fs.SlidingMode(), reference, robot, initial_offset=offsets)
+    assert batch.pose.shape == (3, 7, len(batch.t))
+    assert batch.reference.shape == (3, len(batch.t))
+    for number, offset in enumerate(offsets.T):
+        single = fs.simulate(fs.SlidingMode(), reference, robot, initial_offset=offset)
+        assert_array_equal(batch.pose[:, number], single.pose)
+        assert_array_equal(batch.error[:, number], single.error)
+        assert_array_equal(batch.wheels[:, number], single.wheels)
+
+
+def test_running_again_gives_the_same(reference, robot, off_path):
+    tracker = fs.SlidingMode()
+    for _ in range(2):
+        again = fs.simulate(tracker, reference, robot, initial_offset=OFFSET)
+        assert_array_equal(again.pose, off_path.pose)
+        assert_array_equal(again.wheels, off_path.wheels)
+
+
+def test_a_run_hangs_together(reference, robot, off_path):
+    run, dt = off_path, 0.05
+    assert_allclose(run.t, dt * np.arange(len(run.t)))
+    assert reference.duration <= run.t[-1] < reference.duration + dt
+    assert_array_equal(run.reference, reference.at(run.t).pose)
+    assert_array_equal(run.error, fs.tracking_error(run.reference, run.pose))
+    moved = robot.move(run.pose[:, :-1], run.wheels[:, :-1], dt)
+    assert_allclose(moved, run.pose[:, 1:], rtol=0, atol=1e-12)
+
+
+def sliding_surface(tracker, reference, t, pose):
+    """s of equation (10), with the scale of the code's gamma."""
+    target = reference.at(t)
+    x_e, y_e, alpha_e = fs.tracking_error(target.pose, pose)
+    scale = reference.v.max() * tracker.length_scale
+    return np.array([x_e, alpha_e + np.arctan(target.v * y_e / scale)])
+
+
+@pytest.mark.parametrize("switching", sorted(SWITCHING))
+def test_the_law_reaches_the_surface_as_equations_11_and_12_say(robot, switching):
+    # ds/dt = -k sat(s / phi) along the closed loop: no limits, commands not held (dt = 0).
+    tracker = fs.SlidingMode(switching=switching)
+    reference = fs.make_reference(BEND, speed=0.2, acceleration=0.1)
+    law = tracker.start(reference, robot, 0.0)
+    rng = np.random.default_rng(54)
+    # Grid points of the reference while it speeds up, cruises and brakes.
+    at = np.linspace(0.05, 0.95, 30) * len(reference.t)
+    h = reference.t[1]
+    for index in at.astype(int):
+        t, pose = reference.t[index], reference.pose[:, index] + rng.normal(0, [0.02, 0.02, 0.3])
+        v, omega = law(t, pose)
+        rate = np.array([v * np.cos(pose[2]), v * np.sin(pose[2]), omega])
+        before, here, after = (
+            sliding_surface(tracker, reference, t + step, pose + step * rate) for step in (-h, 0, h)
+        )
+        x_e = fs.tracking_error(reference.pose[:, index], pose)[0]
+        assert abs(x_e) < 0.06  # so that the denominator is off its floor
+        reaching = SWITCHING[switching](here / (tracker.phi1, tracker.phi2))
+        assert_allclose((after - before) / (2 * h), -reaching * (tracker.k1, tracker.k2), atol=2e-4)
+
+
+def test_the_denominator_of_the_turn_rate_is_guarded(robot):
+    # The reference is 0.2 m straight behind: with dgamma/dy_e = 10 / m it would be 1 - 2 = -1.
+    reference = fs.make_reference(fs.Path([Line((0, 0), (5, 0))]))
+    t, tracker = 10.0, fs.SlidingMode(length_scale=0.1, floor=0.25, k2=2.0, phi2=0.5)
+    pose = reference.at(t).pose + np.array([0.2 * np.cos(0.1), -0.2 * np.sin(0.1), -0.1])
+    error = fs.tracking_error(reference.at(t).pose, pose)
+    assert_allclose(error, (-0.2, 0, 0.1), atol=1e-12)
+    _, omega = tracker.start(reference, robot, 0.0)(t, pose)
+    # (12) by hand: alpha_e = 0.1 = s2 and v_r = 0.1 m/s.
+    assert omega == pytest.approx((10 * 0.1 * np.sin(0.1) + 2 * 0.1 / 0.5) / 0.25)
+
+
+def test_on_the_reference_the_law_commands_its_velocities(reference, robot):
+    law = fs.SlidingMode().start(reference, robot, 0.0)
+    for t in np.linspace(0, reference.duration, 50):
+        target = reference.at(t)
+        assert_allclose(law(t, target.pose), (target.v, target.omega), atol=1e-14)
+
+
+def test_switching_functions_by_hand():
+    s = np.array([-3, -0.5, 0, 0.5, 3])
+    assert_array_equal(SWITCHING["sat"](s), [-1, -0.5, 0, 0.5, 1])
+    assert_array_equal(SWITCHING["sign"](s), [-1, -1, 0, 1, 1])
+    assert_allclose(SWITCHING["tanh"](s), np.tanh(s))
+
+
+def test_switching_functions_drive_differently(reference, robot, off_path):
+    runs = [off_path.pose]
+    for switching in ("sign", "tanh"):
+        tracker = fs.SlidingMode(switching=switching)
+        run = fs.simulate(tracker, reference, robot, initial_offset=OFFSET)
+        runs.append(run.pose)
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        assert np.abs(runs[one] - runs[other]).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", ["k1", "k2", "phi1", "phi2", "length_scale", "floor"])
+@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, None, "high"])
+def test_invalid_gain(name, value):
+    with pytest.raises(fs.InvalidParameter, match=f"{name} is "):
+        fs.SlidingMode(**{name: value})
+
+
+@pytest.mark.parametrize("switching", ["", "SAT", "relay", None, 1])
+def test_invalid_switching(switching):
+    with pytest.raises(fs.InvalidParameter, match=r"switching is .*'sat', 'sign', 'tanh'"):
+        fs.SlidingMode(switching=switching)
+
+
+# --- simulation ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dt", [0, -0.05, np.nan, np.inf, None, "short", 1000])
+def test_invalid_time_step(reference, dt):
+    with pytest.raises(fs.InvalidParameter, match="dt is "):
+        fs.simulate(fs.SlidingMode(), reference, dt=dt)
+
+
+@pytest.mark.parametrize(
+    "offset",
+    [
+        (0, 0),
+        (0, 0, 0, 0),
+        0,
+        (0, np.nan, 0),
+        (0, 0, np.inf),
+        np.zeros((2, 3)),
+        np.zeros((3, 2, 2)),
+        [(0, 0), (0,), (0, 0)],
+        "left",
+        None,
+    ],
+)
+def test_invalid_offset(reference, offset):
+    with pytest.raises(fs.InvalidParameter, match="initial_offset is "):
+        fs.simulate(fs.SlidingMode(), reference, initial_offset=offset)
+
+
+def test_initial_offset_is_seen_from_the_first_pose():
+    # The reference starts northwards: ahead is north, left is west.
+    reference = fs.make_reference(fs.Path([Line((1, 1), (1, 2))]))
+    run = fs.simulate(fs.SlidingMode(), reference, initial_offset=(0.3, 0.2, 0.1))
+    assert_allclose(run.pose[:, 0], (0.8, 1.3, np.pi / 2 + 0.1))
+
+
+def test_any_object_with_a_law_can_be_driven(robot):
+    class Circle:
+        """Commands one velocity, whatever happens."""
+
+        def start(self, reference, robot, dt):
+            return lambda t, pose: (0.1, 0.5)
+
+    reference = fs.make_reference(fs.Path([Line((0, 0), (1, 0))]))
+    run = fs.simulate(Circle(), reference, robot, dt=0.1)
+    assert_allclose(run.wheels, np.tile(robot.to_wheels(0.1, 0.5)[:, None], len(run.t)))
+    # All of it on a circle of radius 0.2 m round a point to the left of the start.
+    assert_allclose(np.hypot(run.pose[0], run.pose[1] - 0.2), 0.2)

@@ -1,0 +1,443 @@
+import re
+import shutil
+
+import numpy as np
+import pytest
+import shapely
+from numpy.testing import assert_allclose, assert_array_equal
+
+import freeseg as fs
+from freeseg.data import DATA
+
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+#: A U, open to the top, counter-clockwise; its two reflex corners are (2, 1) and (1, 1).
+U_SHAPE = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A copy of the data that a test may break."""
+    for file in DATA.glob("*.csv"):
+        shutil.copy(file, tmp_path)
+    return tmp_path
+
+
+def edit(file, old, new):
+    """Replace a piece of a file that is there exactly once."""
+    text = file.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def row_of(file, line):
+    """Number of a line in a file, the header being row 1."""
+    return 1 + file.read_text(encoding="utf-8").splitlines().index(line)
+
+
+# --- the paper's tables and figures -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("table", "obstacle", "center_mm"),
+    [
+        (1, 1, (550, 100)),
+        (1, 3, (640, 600)),
+        (1, 7, (150, 130)),
+        (2, 4, (400, 500)),
+        (2, 5, (200, 550)),
+        (2, 7, (150, 300)),
+        (3, 5, (240, 550)),
+        (3, 6, (100, 420)),
+        (4, 1, (550, 230)),
+        (4, 3, (540, 500)),
+        (4, 6, (160, 400)),
+        (5, 2, (550, 400)),
+        (5, 5, (200, 560)),
+        (5, 7, (150, 260)),
+    ],
+)
+def test_tables_have_the_papers_centres(tables, table, obstacle, center_mm):
+    assert_allclose(1000 * tables[table].obstacles[obstacle - 1].center, center_mm, atol=1e-9)
+
+
+@pytest.mark.parametrize("table", range(1, 6))
+def test_tables_are_seven_discs_with_the_sizes_of_the_file(tables, table):
+    world = tables[table]
+    assert len(world) == 7
+    assert all(isinstance(obstacle, fs.Disc) for obstacle in world.obstacles)
+    lines = (DATA / "obstacles.csv").read_text(encoding="utf-8").splitlines()[1:]
+    radii = [float(line.split(",")[2]) / 1000 for line in lines]
+    assert_allclose(world.radii, radii)
+
+
+@pytest.mark.parametrize(
+    ("name", "table", "start_mm", "goal_mm"),
+    [
+        ("13a", 1, (0, 0), (250, 750)),
+        ("13d", 2, (400, 0), (250, 750)),
+        ("14b", 1, (400, 0), (500, 750)),
+        ("14c", 3, (0, 0), (500, 750)),
+        ("15a", 1, (0, 0), (750, 750)),
+        ("15d", 4, (400, 0), (750, 750)),
+        ("16b", 1, (400, 0), (800, 500)),
+        ("16c", 5, (0, 0), (800, 500)),
+    ],
+)
+def test_cases_are_the_panels_of_figs_13_to_16(cases, name, table, start_mm, goal_mm):
+    case = cases[name]
+    assert (case.name, case.table) == (name, table)
+    assert_allclose(case.start, np.divide(start_mm, 1000))
+    assert_allclose(case.goal, np.divide(goal_mm, 1000))
+
+
+def test_there_are_16_cases(cases):
+    assert sorted(cases) == [f"{figure}{panel}" for figure in range(13, 17) for panel in "abcd"]
+    assert all(case.caption for case in cases.values())
+
+
+# --- broken files --------------------------------------------------------------------------------
+
+
+def test_copied_data_is_read(folder):
+    assert_array_equal(fs.load_table(3, folder).edges, fs.load_table(3).edges)
+    assert fs.load_cases(folder) == fs.load_cases()
+
+
+@pytest.mark.parametrize("file", ["tables.csv", "obstacles.csv"])
+def test_missing_file(folder, file):
+    (folder / file).unlink()
+    with pytest.raises(fs.InvalidWorld, match=f"{file} cannot be read"):
+        fs.load_table(1, folder)
+
+
+def test_missing_cases(folder):
+    (folder / "cases.csv").unlink()
+    with pytest.raises(fs.InvalidWorld, match=r"cases\.csv cannot be read"):
+        fs.load_cases(folder)
+
+
+def test_file_that_is_no_text(folder):
+    (folder / "tables.csv").write_bytes(b"\xff\xfe\x00table")
+    with pytest.raises(fs.InvalidWorld, match=r"tables\.csv cannot be read"):
+        fs.load_table(1, folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "column"),
+    [("tables.csv", "x_mm"), ("tables.csv", "obstacle"), ("obstacles.csv", "radius_mm")],
+)
+def test_missing_column(folder, file, column):
+    edit(folder / file, column, "unknown")
+    with pytest.raises(fs.InvalidWorld, match=f"{file} has no column '{column}'.*'unknown'"):
+        fs.load_table(1, folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "left", "message"),
+    [
+        ("tables.csv", 0, "tables.csv has no column 'table'"),
+        ("tables.csv", 1, "tables.csv has no rows"),
+        ("obstacles.csv", 0, "obstacles.csv has no column 'obstacle'"),
+        ("obstacles.csv", 1, "obstacles.csv has no rows"),
+    ],
+)
+def test_empty_file(folder, file, left, message):
+    lines = (folder / file).read_text(encoding="utf-8").splitlines(keepends=True)
+    (folder / file).write_text("".join(lines[:left]), encoding="utf-8")
+    with pytest.raises(fs.InvalidWorld, match=message):
+        fs.load_table(1, folder)
+
+
+@pytest.mark.parametrize(
+    ("line", "broken", "column", "value"),
+    [
+        ("1,4,400,500", "1,4,400,south", "y_mm", "'south'"),
+        ("1,4,400,500", "1,4,nan,500", "x_mm", "'nan'"),
+        ("1,4,400,500", "1,4,400,inf", "y_mm", "'inf'"),
+        ("1,4,400,500", "1,4,400,-inf", "y_mm", "'-inf'"),
+        ("1,4,400,500", "1,4,,500", "x_mm", "''"),
+        ("1,4,400,500", "1,4,400", "y_mm", "None"),
+        ("1,4,400,500", "1,4.5,400,500", "obstacle", "'4.5'"),
+        ("1,4,400,500", "one,4,400,500", "table", "'one'"),
+        # A value of another table is checked too: the file as a whole is broken.
+        ("5,7,150,260", "5,7,150,?", "y_mm", "'?'"),
+    ],
+)
+def test_value_in_tables_that_is_no_number(folder, line, broken, column, value):
+    row = row_of(folder / "tables.csv", line)
+    edit(folder / "tables.csv", line, broken)
+    message = f"tables.csv, row {row}, column '{column}': {value} is not"
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.load_table(1, folder)
+
+
+@pytest.mark.parametrize(
+    ("broken", "message"),
+    [
+        ("1,3,400,500", "obstacle 3 is there twice"),
+        ("1,8,400,500", "obstacle 8 is out of range"),
+        ("1,0,400,500", "obstacle 0 is out of range"),
+        ("1,4,901,500", "x_mm is 901, off the map"),
+        ("1,4,-1,500", "x_mm is -1, off the map"),
+        ("1,4,400,901", "y_mm is 901, off the map"),
+        ("1,4,400,-101", "y_mm is -101, off the map"),
+    ],
+)
+def test_tables_that_make_no_sense(folder, broken, message):
+    row = row_of(folder / "tables.csv", "1,4,400,500")
+    edit(folder / "tables.csv", "1,4,400,500", broken)
+    with pytest.raises(fs.InvalidWorld, match=re.escape(f"tables.csv, row {row}: {message}")):
+        fs.load_table(1, folder)
+
+
+def test_obstacle_left_out(folder):
+    edit(folder / "tables.csv", "1,4,400,500\n", "")
+    with pytest.raises(fs.InvalidWorld, match=r"row 7: obstacle 7 is out of range; .* 6 obstacles"):
+        fs.load_table(1, folder)
+
+
+@pytest.mark.parametrize("edge_mm", [(0, 500), (900, 500), (400, -100), (400, 900)])
+def test_centre_on_the_border_of_the_map_is_on_the_map(folder, edge_mm):
+    edit(folder / "tables.csv", "1,4,400,500", f"1,4,{edge_mm[0]},{edge_mm[1]}")
+    assert_allclose(1000 * fs.load_table(1, folder).obstacles[3].center, edge_mm)
+
+
+SIZE = "4,disc,25,assumption: not published"
+
+
+@pytest.mark.parametrize(
+    ("broken", "message"),
+    [
+        ("4,disc,0,none", "obstacles.csv, row 5: radius_mm is 0"),
+        ("4,disc,-25,none", "obstacles.csv, row 5: radius_mm is -25"),
+        ("4,disc,big,none", "obstacles.csv, row 5, column 'radius_mm': 'big'"),
+        ("4,disc,nan,none", "obstacles.csv, row 5, column 'radius_mm': 'nan'"),
+        ("4,disc", "obstacles.csv, row 5, column 'radius_mm': None"),
+        ("3,disc,25,none", "obstacles.csv, row 5: obstacle 3 is there twice"),
+        ("9,disc,25,none", "obstacles.csv, row 5: obstacle 9 is out of range"),
+        # Discs as large as this overlap.
+        ("4,disc,300,none", "touch"),
+    ],
+)
+def test_sizes_that_make_no_sense(folder, broken, message):
+    edit(folder / "obstacles.csv", SIZE, broken)
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.load_table(1, folder)
+
+
+def test_size_left_out(folder):
+    edit(folder / "obstacles.csv", "7,disc,25,assumption: not published\n", "")
+    with pytest.raises(fs.InvalidWorld, match=r"obstacles\.csv has 6 sizes for the 7 obstacles"):
+        fs.load_table(1, folder)
+
+
+@pytest.mark.parametrize("number", [0, 6, -1, None, "one"])
+def test_unknown_table(number):
+    message = f"table {number!r} is not in tables.csv; it has [1, 2, 3, 4, 5]"
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.load_table(number)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("13b,13,b", "13a,13,b", "cases.csv, row 3: case '13a' is there twice"),
+        ("13b,13,b,1,400,0", "13b,13,b,1,far,0", "cases.csv, row 3, column 'start_x_mm': 'far'"),
+        ("13b,13,b,1,400,0", ",13,b,1,400,0", "cases.csv, row 3, column 'case': ''"),
+        ("goal_y_mm", "goal", "cases.csv has no column 'goal_y_mm'"),
+    ],
+)
+def test_cases_that_make_no_sense(folder, old, new, message):
+    edit(folder / "cases.csv", old, new)
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.load_cases(folder)
+
+
+# --- obstacles -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("center", "radius", "message"),
+    [
+        ((0, np.nan), 1, "disc centre is [0.0, nan]"),
+        ((np.inf, 0), 1, "disc centre is [inf, 0.0]"),
+        ((0, 0, 0), 1, "disc centre has shape (3,)"),
+        (0, 1, "disc centre has shape ()"),
+        ([(0, 0)], 1, "disc centre has shape (1, 2)"),
+        ("ab", 1, "disc centre is 'ab'"),
+        ((0, (1, 2)), 1, "disc centre is (0, (1, 2))"),
+        ((2, 3), 0, "disc at [2.0, 3.0] has radius 0.0"),
+        ((2, 3), -0.5, "disc at [2.0, 3.0] has radius -0.5"),
+        ((2, 3), np.nan, "disc radius is nan"),
+        ((2, 3), np.inf, "disc radius is inf"),
+        ((2, 3), (1, 2), "disc radius has shape (2,)"),
+        ((2, 3), "wide", "disc radius is 'wide'"),
+    ],
+)
+def test_invalid_disc(center, radius, message):
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.Disc(center, radius)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "message"),
+    [
+        ([], "polygon has shape (0,)"),
+        ([(0, 0)], "[[0.0, 0.0]] has under three"),
+        ([(0, 0), (1, 0)], "[[0.0, 0.0], [1.0, 0.0]] has under three"),
+        ([(0, 0), (1, 0), (0, 0)], "[[0.0, 0.0], [1.0, 0.0]] has under three"),
+        ([(0, 0), (1, 0), (1, 0), (0, 1)], "repeats a corner"),
+        ([(0, 0), (1, 1), (2, 2)], "[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]] is degenerate (its area"),
+        ([(0, 0), (2, 2), (2, 0), (0, 1)], "Self-intersection"),
+        ([(0, 0), (2, 0), (2, 2), (1, 0), (0, 2)], "Self-intersection"),  # touches itself
+        ([(0, 0), (1, 0), (np.nan, 1)], "nan"),
+        ([(0, 0), (1, 0), (np.inf, 1)], "inf"),
+        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], "polygon has shape (3, 3)"),
+        ([(0, 0), (1, 0), (1,)], "polygon is [(0, 0), (1, 0), (1,)]"),
+        (5, "polygon has shape ()"),
+        ("abc", "polygon is 'abc'"),
+    ],
+)
+def test_invalid_polygon(vertices, message):
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.Polygon(vertices)
+
+
+def test_polygon_is_kept_counter_clockwise():
+    polygon = fs.Polygon(U_SHAPE[::-1])
+    assert shapely.is_ccw(shapely.LinearRing(polygon.vertices))
+    assert_array_equal(polygon.vertices, U_SHAPE)
+    assert_array_equal(fs.Polygon(U_SHAPE).vertices, U_SHAPE)
+
+
+def test_closing_corner_is_dropped():
+    assert_array_equal(fs.Polygon([*SQUARE, SQUARE[0]]).vertices, SQUARE)
+
+
+def test_obstacles_keep_a_copy_that_cannot_be_changed():
+    center, vertices = np.array([1.0, 2.0]), np.array(SQUARE, float)
+    disc, polygon = fs.Disc(center, 1), fs.Polygon(vertices)
+    center[:], vertices[:] = 9, 9
+    assert_array_equal(disc.center, (1, 2))
+    assert_array_equal(polygon.vertices, SQUARE)
+    with pytest.raises(ValueError, match="read-only"):
+        disc.center[0] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        polygon.vertices[0] = 0
+
+
+# --- worlds --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("obstacles", "message"),
+    [
+        (None, "obstacles is None"),
+        (7, "obstacles is 7"),
+        (fs.Disc((0, 0), 1), "obstacles is Disc("),
+        ([fs.Disc((0, 0), 1), None], "obstacle 2 is None"),
+        ([(0, 0, 1)], "obstacle 1 is (0, 0, 1)"),
+        ([shapely.Point(0, 0)], "obstacle 1 is <POINT (0 0)>"),
+    ],
+)
+def test_invalid_world(obstacles, message):
+    with pytest.raises(fs.InvalidWorld, match=re.escape(message)):
+        fs.World(obstacles)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        fs.Disc((2.5, 0.5), 1.6),  # overlaps
+        fs.Disc((2.5, 0.5), 1.5),  # touches
+        fs.Disc((0.5, 0.5), 0.1),  # inside
+        fs.Disc((0.5, 0.5), 9),  # all round
+        fs.Polygon([(0.5, 0.5), (3, 0), (3, 1)]),  # overlaps
+        fs.Polygon([(1, 0.5), (3, 0), (3, 1)]),  # touches
+        fs.Polygon([(0.2, 0.2), (0.8, 0.2), (0.2, 0.8)]),  # inside
+    ],
+)
+def test_obstacles_must_not_meet(other):
+    far = fs.Disc((20, 20), 1)
+    with pytest.raises(fs.InvalidWorld, match=r"obstacles 1 .* and 3 .* touch"):
+        fs.World([fs.Polygon(SQUARE), far, other])
+    with pytest.raises(fs.InvalidWorld, match=r"obstacles 2 .* and 3 .* touch"):
+        fs.World([far, other, fs.Polygon(SQUARE)])
+
+
+def test_discs_must_not_touch():
+    with pytest.raises(fs.InvalidWorld, match="touch"):
+        fs.World([fs.Disc((0, 0), 1), fs.Disc((3, 4), 4)])
+    assert len(fs.World([fs.Disc((0, 0), 1), fs.Disc((3, 4), 3.999)])) == 2
+
+
+def test_obstacle_in_the_pocket_of_another_does_not_touch_it():
+    assert len(fs.World([fs.Polygon(U_SHAPE), fs.Disc((1.5, 2), 0.4)])) == 2
+
+
+def test_world_keeps_the_order_and_takes_any_iterable():
+    obstacles = [fs.Disc((x, 0), 0.1) for x in (3, 1, 2)]
+    assert fs.World(iter(obstacles)).obstacles == tuple(obstacles)
+
+
+def random_discs(rng, n, size):
+    """Discs that do not meet, as many of n as fit."""
+    discs = []
+    for center, radius in zip(rng.uniform(0, size, (n, 2)), rng.uniform(0.1, 1, n), strict=True):
+        if all(np.hypot(*(disc.center - center)) > disc.radius + radius for disc in discs):
+            discs.append(fs.Disc(center, radius))
+    return discs
+
+
+@pytest.mark.parametrize("gap", [0, 0.1, 0.5, 3])
+def test_close_pairs_against_all_pairs(gap):
+    rng = np.random.default_rng(8)
+    polygon = fs.Polygon(np.subtract(U_SHAPE, (6, 0)))
+    world = fs.World([*random_discs(rng, 60, 8), polygon])
+    apart = {
+        (i, j): shapely.distance(a.core, b.core) - a.radius - b.radius
+        for j, b in enumerate(world.obstacles)
+        for i, a in enumerate(world.obstacles[:j])
+    }
+    close = {pair for pair, distance in apart.items() if distance <= gap}
+    assert bool(close) == bool(gap)
+    first, second = world.close_pairs(gap)
+    assert len(first) == len(close)
+    assert set(zip(first.tolist(), second.tolist(), strict=True)) == close
+
+
+def test_distances_by_hand():
+    world = fs.World([fs.Disc((0, 0), 1), fs.Polygon(np.add(SQUARE, (4, 0)))])
+    assert_allclose(world.distances(shapely.Point(2, 0)), [1, 2])
+    assert_allclose(world.distances(shapely.Point(8, 4)), [np.hypot(8, 4) - 1, np.hypot(3, 3)])
+    assert_allclose(world.distances(shapely.LineString([(-3, 3), (9, 3)])), [2, 2])
+    # Below or at zero where the obstacle is met.
+    assert_allclose(world.distances(shapely.Point(0.5, 0)), [-0.5, 3.5])
+    assert_allclose(world.distances(shapely.Point(4.5, 0.5)), [np.hypot(4.5, 0.5) - 1, 0])
+
+
+def test_edges_and_their_distances_belong_to_their_obstacles():
+    world = fs.World([fs.Disc((9, 9), 1), fs.Polygon(U_SHAPE), fs.Disc((-9, 9), 2)])
+    assert world.edges.shape == (10, 2, 2)
+    assert_array_equal(world.first_edge, [0, 1, 9])
+    assert_array_equal(world.edges[0], [(9, 9), (9, 9)])
+    assert_array_equal(world.edges[1], [(0, 0), (3, 0)])
+    assert_array_equal(world.edges[8], [(0, 3), (0, 0)])
+    # Edge k is k away: the least of each obstacle, less its radius.
+    assert_array_equal(world.per_obstacle(np.arange(10.0)), [0 - 1, 1, 9 - 2])
+
+
+def test_corners_are_centres_of_discs_and_convex_corners_of_polygons():
+    world = fs.World([fs.Disc((9, 9), 1), fs.Polygon(U_SHAPE)])
+    disc, polygon = world.corners
+    assert_array_equal(disc, [(9, 9)])
+    assert_array_equal(polygon, [corner for corner in U_SHAPE if corner not in ((2, 1), (1, 1))])
+
+
+def test_empty_world():
+    world = fs.World([])
+    assert len(world) == 0
+    assert world.edges.shape == (0, 2, 2)
+    assert world.corners == ()
+    assert world.distances(shapely.Point(0, 0)).shape == (0,)
+    assert [len(index) for index in world.close_pairs(1)] == [0, 0]
