@@ -6,6 +6,7 @@ times, widget ids and widget state, memory addresses, and the versions in the
 metadata. The same rules decide when a committed output is stale.
 """
 
+import base64
 import re
 import sys
 from difflib import unified_diff
@@ -15,6 +16,8 @@ import nbformat
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).resolve().parent.parent / "notebooks"
+#: The README's picture: the first one of the first notebook.
+OVERVIEW = NOTEBOOKS / "overview.png"
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 #: What a reader reads; pictures are not compared.
 TEXT = ("text/plain", "text/markdown", "text/html", "text/latex")
@@ -88,11 +91,22 @@ def stale_cell(committed, fresh):
     return None
 
 
+def pictures(notebook):
+    """PNG pictures of a notebook, as bytes, in order."""
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    found = [
+        output.data["image/png"] for output in outputs if "image/png" in output.get("data", ())
+    ]
+    return [base64.b64decode(picture) for picture in found]
+
+
 def refresh(file):
     """Run one notebook from its folder and store it clean."""
     notebook = nbformat.read(file, as_version=4)
     NotebookClient(notebook, timeout=120, kernel_name="python3").execute(cwd=str(file.parent))
     nbformat.write(clean(notebook), file)
+    if file.stem == "00_start_here":
+        OVERVIEW.write_bytes(pictures(notebook)[0])
 
 
 if __name__ == "__main__":
