@@ -16,7 +16,7 @@ from freeseg.errors import (
     Trapped,
 )
 from freeseg.path import Path
-from freeseg.planners import plan
+from freeseg.planners import plan, shortest_path
 from freeseg.reference import make_reference, tracking_error
 from freeseg.robot import KheperaIV
 from freeseg.segments import free_segments
@@ -46,6 +46,7 @@ __all__ = [
     "metrics",
     "plan",
     "plotting",
+    "shortest_path",
     "simulate",
     "tracking_error",
 ]

@@ -1,6 +1,7 @@
 """Numbers of a plan and of a run; every name ends in its unit."""
 
 import numpy as np
+import shapely
 
 #: A run has settled once its position error stays below this (m).
 SETTLED = 0.01
@@ -34,13 +35,15 @@ def planning(world, plan):
     }
 
 
-def tracking(run):
+def tracking(run, world=None):
     """Numbers of a run.
 
     Parameters
     ----------
     run : Run
         One robot, or a batch of n.
+    world : World, optional
+        Obstacles, for the clearance.
 
     Returns
     -------
@@ -51,7 +54,8 @@ def tracking(run):
         error stays below 10 mm (infinite if it does not); per wheel
         ``wheel_speed_max_m_s``, ``wheel_acceleration_max_m_s2`` (from rest on)
         and ``wheel_variation_m_s``, the total variation, as the larger of
-        both wheels.
+        both wheels. With a world, ``clearance_m``, the smallest distance of
+        the robot's centre to an obstacle.
     """
     position = np.hypot(run.error[0], run.error[1])
     heading = np.abs(run.error[2])
@@ -71,4 +75,7 @@ def tracking(run):
         "wheel_acceleration_max_m_s2": changes.max((0, -1)) / (run.t[1] - run.t[0]),
         "wheel_variation_m_s": changes.sum(-1).max(0),
     }
+    if world is not None:
+        points = shapely.points(np.moveaxis(run.pose[:2], 0, -1))
+        values["clearance_m"] = world.distances(points[..., None]).min((-1, -2), initial=np.inf)
     return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}

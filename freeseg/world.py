@@ -269,16 +269,16 @@ class World:
         return np.minimum.reduceat(edge_distances, self.first_edge, axis=-1) - self.radii
 
     def distances(self, geometry):
-        """Distance from every obstacle to one geometry.
+        """Distance from every obstacle to geometries.
 
         Parameters
         ----------
-        geometry : shapely geometry
+        geometry : shapely geometry, or ndarray of them, shape (..., 1)
             Any, in metres.
 
         Returns
         -------
-        ndarray, shape (n,)
+        ndarray, shape (..., n)
             Distance (m); below or at zero where the obstacle is met.
         """
         return shapely.distance(self.cores, geometry) - self.radii

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import oracle
 import pytest
@@ -8,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import freeseg as fs
 from freeseg.path import Line, taut_path
-from freeseg.planners.free_segment import turning_radius
+from freeseg.planners.query import turning_radius
 from freeseg.planners.tangent_graph import shortest_circles
 from freeseg.segments import MARGIN
 
@@ -151,13 +153,13 @@ def test_dangerous_circles_are_concentric_and_leave_the_safe_segments_open(plans
 # --- the trace -----------------------------------------------------------------------------------
 
 
-def check_trace(plan, start, goal):
+def check_trace(world, plan, start, goal):
     """Everything that the trace of any plan promises."""
-    straight, *others = plan.steps
+    straight = plan.steps[0]
     assert straight.kind == "straight"
     assert [type(piece) for piece in straight.path.pieces] == [Line]
     assert plan.steps[-1].path is plan.path
-    for step in others:
+    for before, step in pairwise(plan.steps):
         assert step.kind in {
             "turning point",
             "case 1",
@@ -169,6 +171,13 @@ def check_trace(plan, start, goal):
         assert step.path.start == pytest.approx(start, abs=1e-9)
         assert step.path.end == pytest.approx(goal, abs=1e-9)
         check_candidates(step)
+        if step.kind in {"turning point", "case 1", "case 2"}:
+            # It solves what the path before met first: the obstacle itself, or too near to it.
+            distances = before.path.distances(world)
+            too_near = distances < plan.robot.radius - 1e-9
+            distance = distances[np.argmax(too_near.any(1)), step.blocking]
+            assert distance < plan.robot.radius
+            assert step.kind == "turning point" or (step.kind == "case 1") == (distance <= 0)
         if step.kind == "local minimum":
             assert step.blocking in step.group or len(step.group) > 1
             # The group is gone round: no candidate was chosen.
@@ -203,8 +212,9 @@ def check_candidates(step):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_trace_of_the_cases(cases, plans, name):
-    check_trace(plans[name], cases[name].start, cases[name].goal)
+def test_trace_of_the_cases(cases, tables, plans, name):
+    case = cases[name]
+    check_trace(tables[case.table], plans[name], case.start, case.goal)
 
 
 def test_the_cases_show_every_kind_of_step(plans):
@@ -286,7 +296,7 @@ def plan_and_check(world, start, goal, robot, margin=MARGIN):
     way = shapely.LineString(plan.path.sample(0.005))
     # Chords of 5 mm leave the arcs by far less than 0.1 mm.
     assert world.distances(way).min(initial=np.inf) >= robot.radius - 1e-4
-    check_trace(plan, tuple(start), tuple(goal))
+    check_trace(world, plan, tuple(start), tuple(goal))
     return "plan"
 
 
@@ -384,6 +394,19 @@ def test_shortest_way_past_aligned_obstacles_by_hand(order, turn):
     length = 9 / 4 + np.arctan(2 / 9) + 11 / 4 + np.pi / 6 + np.sqrt(3)
     world, move = moved(fs.World(ALIGNED[::order]), turn)
     assert shortest_length(world, move((9, 6)), move((2, 6)), 0.5) == pytest.approx(length)
+
+
+def test_shortest_way_past_aligned_rectangles_at_any_angle():
+    # Their four corners make tangents coincide, but for round-off that differs by the angle.
+    rectangles = [
+        [(3.75, 1.5), (4.25, 1.5), (4.25, 2.5), (3.75, 2.5)],
+        [(-0.5, 1.5), (0.5, 1.5), (0.5, 2.5), (-0.5, 2.5)],
+    ]
+    # Tangent, arc to the line y = 1, and along it.
+    length = 7 / 4 + np.arctan(2 / 7) + 5 / 4
+    for turn in np.random.default_rng(46).uniform(0, 2 * np.pi, 200):
+        world, move = moved(fs.World([fs.Polygon(corners) for corners in rectangles]), turn)
+        assert shortest_length(world, move((6, 2)), move((3, 1)), 0.5) == pytest.approx(length)
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -500,7 +523,7 @@ def test_worlds_of_no_and_of_one_obstacle(robot):
         ((0.55, 0.1), (1, 1), r"start \[0.55, 0.1\] is -0.0250 m from obstacle 1"),
         ((0, 0), (0.55, 0.19), r"goal \[0.55, 0.19\] is 0.0650 m from obstacle 1"),
         ((0.1, 0.2), (0.1, 0.2), r"same point \[0.1, 0.2\]"),
-        ((0.2, 0.2), (0.2, 0.2 + 1e-10), "start"),  # the same but for round-off
+        ((0.3, 0.2), (0.3, 0.2 + 1e-10), "start and goal"),  # the same but for round-off
     ],
 )
 def test_invalid_query(tables, start, goal, message):

@@ -5,151 +5,17 @@ the turning point, place the dangerous circle, plan the path, and as long as
 there is a danger problem, solve it and come back.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-import shapely
 
-from freeseg.errors import InvalidQuery, NoPath, Trapped
+from freeseg.errors import Trapped
 from freeseg.geometry import angle_of, arc_segment_distance, arc_sweep, tangents, unit
-from freeseg.path import GRAZING, Arc, Line, Path, taut_path
-from freeseg.planners.tangent_graph import shortest_circles
-from freeseg.robot import KheperaIV, check_positive
-from freeseg.segments import MARGIN, Endpoint, find_endpoints, free_segments, group_labels
-from freeseg.world import World, as_position
-
-#: Closed forms and geometric predicates agree to this (m).
-ROUND_OFF = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class TurningPoint:
-    """An endpoint that the path turns round, with its dangerous circle.
-
-    Parameters
-    ----------
-    endpoint : Endpoint or None
-        Where the path turns; None on the way round a group, which has no
-        usable endpoint.
-    obstacle : int
-        Index of the obstacle that is turned round.
-    center : ndarray, shape (2,)
-        Centre of the dangerous circle (m).
-    radius : float
-        Radius of the dangerous circle (m): the obstacle's own plus R_D.
-    sense : int
-        1 counter-clockwise, -1 clockwise.
-    """
-
-    endpoint: Endpoint | None
-    obstacle: int
-    center: np.ndarray
-    radius: float
-    sense: int
-
-    @property
-    def point(self):
-        """The endpoint (m), or the circle's centre where there is none."""
-        return self.center if self.endpoint is None else self.endpoint.point
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A turning point that a step considered.
-
-    Parameters
-    ----------
-    endpoint : Endpoint
-        The endpoint.
-    detour : float
-        Length SD over the endpoint (m), equations (5) and (6).
-    sense : int
-        Sense of the turn that leads past the endpoint.
-    rejected : str
-        Why it was not chosen; empty for the chosen one.
-    """
-
-    endpoint: Endpoint
-    detour: float
-    sense: int
-    rejected: str
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One step of the planner, enough to draw it.
-
-    Parameters
-    ----------
-    kind : str
-        ``"straight"``, ``"turning point"``, ``"case 1"``, ``"case 2"``,
-        ``"needless turn"`` or ``"local minimum"``.
-    path : Path
-        The path as planned after this step; it may still be in danger.
-    blocking : int or None
-        Index of the obstacle that the path before met.
-    leg : ndarray, shape (2, 2) or None
-        The points between which a turning point was searched (m).
-    candidates : tuple of Candidate
-        By increasing detour.
-    group : tuple of int
-        Obstacles gone round together at a local minimum.
-    """
-
-    kind: str
-    path: Path
-    blocking: int | None = None
-    leg: np.ndarray | None = None
-    candidates: tuple = ()
-    group: tuple = ()
-
-    @property
-    def chosen(self):
-        """The candidate that this step chose, or None."""
-        return next((candidate for candidate in self.candidates if not candidate.rejected), None)
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """A path that was checked, and how it was found.
-
-    Parameters
-    ----------
-    path : Path
-        From start to goal, nowhere closer than R_r to an obstacle.
-    segments : tuple of FreeSegment
-        Safe and danger ones.
-    turning_points : tuple of TurningPoint
-        In driving order.
-    steps : tuple of Step
-        The trace.
-    robot : KheperaIV
-        Robot planned for.
-    margin : float
-        Security margin delta (m).
-    """
-
-    path: Path
-    segments: tuple
-    turning_points: tuple
-    steps: tuple
-    robot: KheperaIV
-    margin: float
-
-    @property
-    def turning_radius(self):
-        """Radius R_D of the dangerous circle round a point (m)."""
-        return turning_radius(self.robot, self.margin)
-
-
-def turning_radius(robot, margin):
-    """Radius R_D = R_r + delta / 2 of the dangerous circle (m).
-
-    An assumption, the paper gives none: two such circles just fit into the
-    narrowest safe segment.
-    """
-    return robot.radius + margin / 2
+from freeseg.path import GRAZING, Arc, Line
+from freeseg.planners.query import ROUND_OFF, Candidate, Plan, Step, TurningPoint, ask
+from freeseg.planners.shortest import go_round
+from freeseg.segments import MARGIN, find_endpoints, free_segments, group_labels
 
 
 def plan(world, start, goal, robot=None, margin=MARGIN):
@@ -200,17 +66,18 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
     >>> [(turn.obstacle + 1, turn.sense) for turn in plan.turning_points]
     [(1, -1), (2, 1)]
     """
-    search = _Search(world, start, goal, robot or KheperaIV(), check_positive("margin", margin))
+    query = ask(world, start, goal, robot, margin)
+    search = _Search(query)
     while (danger := search.danger()) is not None:
         search.solve(*danger)
-    search.verify()
+    query.verify(search.path, search.steps)
     return Plan(
         search.path,
         search.segments,
         tuple(search.turns),
         tuple(search.steps),
-        search.robot,
-        search.margin,
+        query.robot,
+        query.margin,
     )
 
 
@@ -234,24 +101,18 @@ def _prepare(world, robot, margin):
 class _Search:
     """State of one planning run; its methods are the boxes of Fig. 3."""
 
-    def __init__(self, world, start, goal, robot, margin):
-        self.world, self.robot, self.margin = world, robot, margin
-        self.start, self.goal, reach = check_query(world, start, goal, robot, margin)
-        self.segments, self.endpoints, self.dead_ends = _prepare(world, robot, margin)
-        self.turning_radii = world.radii + reach
+    def __init__(self, query):
+        self.query, self.world, self.robot = query, query.world, query.robot
+        self.segments, self.endpoints, self.dead_ends = _prepare(
+            query.world, query.robot, query.margin
+        )
         self.turns, self.group, self.seen, self.steps = [], set(), {()}, []
-        self.path, self.passed = self.connect([])
+        self.path, self.passed = query.connect([])
         self.record("straight")
 
     def record(self, kind, **details):
         """Append a step to the trace."""
         self.steps.append(Step(kind, self.path, **details))
-
-    def connect(self, turns):
-        """Path round the dangerous circles of turns."""
-        return taut_path(
-            self.start, [(turn.center, turn.sense * turn.radius) for turn in turns], self.goal
-        )
 
     def danger(self):
         """The first danger problem: (piece, obstacle, distance), or None."""
@@ -292,13 +153,13 @@ class _Search:
 
     def turn(self, endpoint, sense):
         """Turning point at an endpoint."""
-        radius = float(self.turning_radii[endpoint.obstacle])
+        radius = float(self.query.turning_radii[endpoint.obstacle])
         return TurningPoint(endpoint, endpoint.obstacle, endpoint.center, radius, sense)
 
     def adopt(self, turns):
         """Take these turns, unless they have no path or were tried before."""
         key = tuple((turn.obstacle, *turn.center, turn.sense) for turn in turns)
-        path, passed = self.connect(turns)
+        path, passed = self.query.connect(turns)
         if path is None or key in self.seen:
             return False
         self.seen.add(key)
@@ -328,7 +189,10 @@ class _Search:
         before = self.turns[leg_number - 1] if leg_number else None
         after = self.turns[leg_number] if leg_number < len(self.turns) else None
         leg = np.array(
-            [before.point if before else self.start, after.point if after else self.goal]
+            [
+                before.point if before else self.query.start,
+                after.point if after else self.query.goal,
+            ]
         )
         points = np.array([endpoint.point for endpoint in endpoints]).reshape(-1, 2)
         detours = np.hypot(*(points - leg[0]).T) + np.hypot(*(points - leg[1]).T)
@@ -363,10 +227,10 @@ class _Search:
         index, center = endpoint.obstacle, endpoint.center
         if index in self.dead_ends:
             return 0, "all segments of its obstacle are danger", None
-        radius, senses = self.turning_radii[index], np.array([1, -1])
+        radius, senses = self.query.turning_radii[index], np.array([1, -1])
         signed = senses * radius
-        come = (before.center, before.sense * before.radius) if before else (self.start, 0.0)
-        go = (after.center, after.sense * after.radius) if after else (self.goal, 0.0)
+        come = (before.center, before.sense * before.radius) if before else (self.query.start, 0.0)
+        go = (after.center, after.sense * after.radius) if after else (self.query.goal, 0.0)
         # First row: from where the robot comes to the circle; second row: on from there.
         (_, leave), (join, _) = tangents(
             np.array([come[0], center])[:, None],
@@ -394,7 +258,7 @@ class _Search:
 
     def go_round_group(self, blocking, leg=None, candidates=()):
         """Escape a local minimum (section 3.3.2): the shortest way round groups."""
-        label = group_labels(self.world, self.robot.diameter + self.margin)
+        label = group_labels(self.world, self.robot.diameter + self.query.margin)
         # Normally the blocking obstacle's group is new; if not, the turns' groups, at last all.
         for met in ({blocking}, {turn.obstacle for turn in self.turns}, set(range(len(label)))):
             grown = self.group | set(np.flatnonzero(np.isin(label, label[list(met)])).tolist())
@@ -405,72 +269,7 @@ class _Search:
                 f"round-off at obstacle {blocking + 1}; please report this world", self.steps
             )
         self.group = grown
-        members = sorted(self.group)
-        reach = self.turning_radii
-        corners = [self.world.corners[index] for index in members]
-        edges = [self.world.obstacles[index].edges for index in members]
-        circles = (
-            np.concatenate(corners),
-            np.repeat(reach[members], [len(part) for part in corners]),
-        )
-        blockers = np.concatenate(edges), np.repeat(reach[members], [len(part) for part in edges])
-        way = shortest_circles(self.start, self.goal, circles, blockers)
-        if way is None:
-            raise NoPath(
-                f"obstacles {[index + 1 for index in members]} leave no way from "
-                f"{self.start.tolist()} to {self.goal.tolist()} for a robot of "
-                f"{self.robot.diameter:g} m with a margin of {self.margin:g} m; move the start or "
-                "the goal, or plan for a smaller robot or margin"
-            )
-        owner = np.repeat(members, [len(part) for part in corners])
-        self.turns = [
-            TurningPoint(
-                None, int(owner[index]), circles[0][index], float(circles[1][index]), sense
-            )
-            for index, sense in way
-        ]
-        self.path, self.passed = self.connect(self.turns)
-        self.record(
-            "local minimum", blocking=blocking, leg=leg, candidates=candidates, group=tuple(members)
-        )
-
-    def verify(self):
-        """Check the path by other means: Shapely, on samples 1 mm apart."""
-        distances = self.world.distances(shapely.multipoints(self.path.sample(0.001)))
-        if (distances < self.robot.radius - ROUND_OFF).any():
-            nearest = int(np.argmin(distances))
-            raise Trapped(
-                f"the path comes within {distances[nearest]:.6f} m of obstacle {nearest + 1}, "
-                f"the robot's radius is {self.robot.radius:.6f} m; please report this world",
-                self.steps,
-            )
-
-
-def check_query(world, start, goal, robot, margin):
-    """Validated start and goal, and the radius left for turns.
-
-    Returns
-    -------
-    start, goal : ndarray, shape (2,)
-        Positions (m).
-    reach : ndarray, shape (n,)
-        Distance (m) that a turn keeps from each obstacle: R_D, or less where
-        the start or the goal is closer than R_D, but never below R_r.
-    """
-    if not isinstance(world, World):
-        raise InvalidQuery(f"world is {world!r}; give a World")
-    start, goal = as_position(start, "start"), as_position(goal, "goal")
-    if (start == goal).all():
-        raise InvalidQuery(f"start and goal are the same point {start.tolist()}; move one")
-    reach = np.full(len(world), turning_radius(robot, margin))
-    for what, position in (("start", start), ("goal", goal)):
-        distances = world.distances(shapely.Point(position))
-        if (distances < robot.radius).any():
-            nearest = int(np.argmin(distances))
-            raise InvalidQuery(
-                f"{what} {position.tolist()} is {distances[nearest]:.4f} m from obstacle "
-                f"{nearest + 1}, and the robot's radius is {robot.radius:.4f} m; move it away"
-            )
-        # The circle must leave the position outside, by more than round-off.
-        reach = np.minimum(reach, distances * (1 - ROUND_OFF))
-    return start, goal, reach
+        self.turns = go_round(self.query, sorted(grown))
+        self.path, self.passed = self.query.connect(self.turns)
+        details = {"blocking": blocking, "leg": leg, "candidates": candidates}
+        self.record("local minimum", group=tuple(sorted(grown)), **details)

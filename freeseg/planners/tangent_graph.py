@@ -73,16 +73,15 @@ def shortest_circles(start, goal, circles, blockers):
     round_circle = np.flatnonzero((node_circle != 0) & (node_circle != last))
     sense = np.sign(signed[node_circle])
     direction = angle_of(node_point - center[node_circle])
-    order = round_circle[
-        np.lexsort([np.mod(sense * direction, 2 * np.pi)[round_circle], node_circle[round_circle]])
-    ]
+    turned = np.mod(sense * direction, 2 * np.pi)
+    order = round_circle[np.lexsort([turned[round_circle], node_circle[round_circle]])]
     if len(order):
         owner = node_circle[order]
         first_of_run = np.r_[True, owner[1:] != owner[:-1]]
         run_start = np.maximum.accumulate(np.where(first_of_run, np.arange(len(order)), 0))
         is_last = np.r_[first_of_run[1:], True]
         following = order[np.where(is_last, run_start, np.arange(len(order)) + 1)]
-        sweep = np.mod(sense[order] * (direction[following] - direction[order]), 2 * np.pi)
+        sweep = turned[following] - turned[order] + 2 * np.pi * is_last
         radius = np.abs(signed[owner])
         clear = arc_segment_distance(
             center[owner][:, None],

@@ -1,0 +1,237 @@
+"""What a planner is asked, and what it returns: a checked path and its trace."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
+from freeseg.path import GRAZING, Path, taut_path
+from freeseg.robot import KheperaIV, check_positive
+from freeseg.segments import Endpoint
+from freeseg.world import World, as_position
+
+#: Closed forms and geometric predicates agree to this (m).
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class TurningPoint:
+    """An endpoint that the path turns round, with its dangerous circle.
+
+    Parameters
+    ----------
+    endpoint : Endpoint or None
+        Where the path turns; None on the way round a group, which has no
+        usable endpoint.
+    obstacle : int
+        Index of the obstacle that is turned round.
+    center : ndarray, shape (2,)
+        Centre of the dangerous circle (m).
+    radius : float
+        Radius of the dangerous circle (m): the obstacle's own plus R_D.
+    sense : int
+        1 counter-clockwise, -1 clockwise.
+    """
+
+    endpoint: Endpoint | None
+    obstacle: int
+    center: np.ndarray
+    radius: float
+    sense: int
+
+    @property
+    def point(self):
+        """The endpoint (m), or the circle's centre where there is none."""
+        return self.center if self.endpoint is None else self.endpoint.point
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A turning point that a step considered.
+
+    Parameters
+    ----------
+    endpoint : Endpoint
+        The endpoint.
+    detour : float
+        Length SD over the endpoint (m), equations (5) and (6).
+    sense : int
+        Sense of the turn that leads past the endpoint.
+    rejected : str
+        Why it was not chosen; empty for the chosen one.
+    """
+
+    endpoint: Endpoint
+    detour: float
+    sense: int
+    rejected: str
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of the planner, enough to draw it.
+
+    Parameters
+    ----------
+    kind : str
+        ``"straight"``, ``"turning point"``, ``"case 1"``, ``"case 2"``,
+        ``"needless turn"`` or ``"local minimum"``; ``"shortest"`` for
+        `shortest_path`.
+    path : Path
+        The path as planned after this step; it may still be in danger.
+    blocking : int or None
+        Index of the obstacle that the path before met.
+    leg : ndarray, shape (2, 2) or None
+        The points between which a turning point was searched (m).
+    candidates : tuple of Candidate
+        By increasing detour.
+    group : tuple of int
+        Obstacles gone round together at a local minimum, or met so far on
+        the shortest path.
+    """
+
+    kind: str
+    path: Path
+    blocking: int | None = None
+    leg: np.ndarray | None = None
+    candidates: tuple = ()
+    group: tuple = ()
+
+    @property
+    def chosen(self):
+        """The candidate that this step chose, or None."""
+        return next((candidate for candidate in self.candidates if not candidate.rejected), None)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A path that was checked, and how it was found.
+
+    Parameters
+    ----------
+    path : Path
+        From start to goal, nowhere closer than R_r to an obstacle.
+    segments : tuple of FreeSegment
+        Safe and danger ones.
+    turning_points : tuple of TurningPoint
+        In driving order.
+    steps : tuple of Step
+        The trace.
+    robot : KheperaIV
+        Robot planned for.
+    margin : float
+        Security margin delta (m).
+    """
+
+    path: Path
+    segments: tuple
+    turning_points: tuple
+    steps: tuple
+    robot: KheperaIV
+    margin: float
+
+    @property
+    def turning_radius(self):
+        """Radius R_D of the dangerous circle round a point (m)."""
+        return turning_radius(self.robot, self.margin)
+
+
+def turning_radius(robot, margin):
+    """Radius R_D = R_r + delta / 2 of the dangerous circle (m).
+
+    An assumption, the paper gives none: two such circles just fit into the
+    narrowest safe segment.
+    """
+    return robot.radius + margin / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """A question to a planner that has been checked, see `ask`.
+
+    Parameters
+    ----------
+    world : World
+        n obstacles.
+    start, goal : ndarray, shape (2,)
+        Free positions (m).
+    robot : KheperaIV
+        Robot.
+    margin : float
+        Security margin delta (m).
+    turning_radii : ndarray, shape (n,)
+        Radius of the dangerous circle round each obstacle's corners (m).
+    """
+
+    world: World
+    start: np.ndarray
+    goal: np.ndarray
+    robot: KheperaIV
+    margin: float
+    turning_radii: np.ndarray
+
+    def connect(self, turns):
+        """Path round the dangerous circles of turns, see `taut_path`."""
+        return taut_path(
+            self.start, [(turn.center, turn.sense * turn.radius) for turn in turns], self.goal
+        )
+
+    def verify(self, path, steps):
+        """Check a path by other means: Shapely, on samples 1 mm apart.
+
+        Raises
+        ------
+        Trapped
+            Where the path comes closer than R_r to an obstacle.
+        """
+        distances = self.world.distances(shapely.multipoints(path.sample(0.001)))
+        if (distances < self.robot.radius - ROUND_OFF).any():
+            nearest = int(np.argmin(distances))
+            raise Trapped(
+                f"the path comes within {distances[nearest]:.6f} m of obstacle {nearest + 1}, "
+                f"the robot's radius is {self.robot.radius:.6f} m; please report this world",
+                steps,
+            )
+
+
+def ask(world, start, goal, robot, margin):
+    """Check what a planner is asked.
+
+    Parameters
+    ----------
+    world, start, goal, robot, margin
+        As for `plan`.
+
+    Returns
+    -------
+    Query
+        Its dangerous circles have the radius R_D beyond the obstacle, or less
+        where the start or the goal is closer than R_D, but never below R_r.
+
+    Raises
+    ------
+    InvalidQuery, InvalidParameter
+        As for `plan`.
+    """
+    robot = KheperaIV() if robot is None else robot
+    if not isinstance(robot, KheperaIV):
+        raise InvalidParameter(f"robot is {robot!r}; give a KheperaIV")
+    margin = check_positive("margin", margin)
+    if not isinstance(world, World):
+        raise InvalidQuery(f"world is {world!r}; give a World")
+    start, goal = as_position(start, "start"), as_position(goal, "goal")
+    if np.hypot(*(goal - start)) <= GRAZING:
+        raise InvalidQuery(f"start and goal are the same point {start.tolist()}; move one")
+    reach = np.full(len(world), turning_radius(robot, margin))
+    for what, position in (("start", start), ("goal", goal)):
+        distances = world.distances(shapely.Point(position))
+        if (distances < robot.radius).any():
+            nearest = int(np.argmin(distances))
+            raise InvalidQuery(
+                f"{what} {position.tolist()} is {distances[nearest]:.4f} m from obstacle "
+                f"{nearest + 1}, and the robot's radius is {robot.radius:.4f} m; move it away"
+            )
+        # The circle must leave the position outside, by more than round-off.
+        reach = np.minimum(reach, distances * (1 - ROUND_OFF))
+    return Query(world, start, goal, robot, margin, world.radii + reach)
