@@ -34,11 +34,11 @@ def read_csv(path, columns):
     """
     path = Path(path)
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
             found = reader.fieldnames or []
             lines = [(reader.line_num, line) for line in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise InvalidWorld(
             f"{path.name} cannot be read ({error}); expected a CSV file at {path}"
         ) from error
@@ -53,7 +53,7 @@ def read_csv(path, columns):
             value = kind(text or "")
             if not (value.strip() if kind is str else math.isfinite(value)):
                 raise ValueError
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             wanted = {str: "some text", int: "a whole number", float: "a finite number"}[kind]
             raise InvalidWorld(
                 f"{path.name}, row {number}, column {name!r}: {text!r} is not {wanted}"

@@ -5,6 +5,9 @@ Every function broadcasts. Points are ``(..., 2)``, segments ``(..., 2, 2)``.
 
 import numpy as np
 
+#: How much nearer than touching two circles may be by round-off, relative to their distance.
+TOUCHING = 1e-12
+
 #: Stands for zero where a length of zero would be divided by.
 TINY = np.finfo(float).tiny
 
@@ -65,8 +68,9 @@ def tangents(center_a, signed_a, center_b, signed_b):
     Returns
     -------
     leave, join : ndarray, shape (..., 2)
-        Where the tangent leaves a and joins b (m); NaN where one circle
-        contains the other and no such line exists.
+        Where the tangent leaves a and joins b (m); NaN where there is none:
+        where one circle contains the other or, for opposite senses, where
+        they overlap.
 
     Examples
     --------
@@ -84,7 +88,9 @@ def tangents(center_a, signed_a, center_b, signed_b):
         distance = np.hypot(delta[..., 0], delta[..., 1])
         # The left normal n of the line satisfies n.(b - a) = signed_b - signed_a.
         sine = (signed_b - signed_a) / distance
-        cosine = np.sqrt(1 - sine**2)
+        # Circles that touch have a tangent, whatever round-off says.
+        rest = 1 - sine**2
+        cosine = np.sqrt(np.where(rest > -TOUCHING, np.maximum(rest, 0), np.nan))
         along = delta / distance[..., None]
     normal = np.stack(
         [

@@ -3,6 +3,10 @@
 import numpy as np
 import shapely
 
+from freeseg.errors import InvalidParameter
+from freeseg.simulate import Run
+from freeseg.world import check_world
+
 #: A run has settled once its position error stays below this (m).
 SETTLED = 0.01
 
@@ -24,6 +28,7 @@ def planning(world, plan):
         ``turns``, ``safe_segments``, ``danger_segments`` and ``repairs``, the
         steps after the first turning point.
     """
+    check_world(world)
     safe = sum(segment.safe for segment in plan.segments)
     return {
         "length_m": plan.path.length,
@@ -57,6 +62,8 @@ def tracking(run, world=None):
         both wheels. With a world, ``clearance_m``, the smallest distance of
         the robot's centre to an obstacle.
     """
+    if not isinstance(run, Run):
+        raise InvalidParameter(f"run is a {type(run).__name__}; give what simulate returns")
     position = np.hypot(run.error[0], run.error[1])
     heading = np.abs(run.error[2])
     settled = position < SETTLED

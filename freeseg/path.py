@@ -18,9 +18,13 @@ from freeseg.geometry import (
     tangents,
     wrap_angle,
 )
+from freeseg.world import check_world
 
 #: Pieces shorter than this (m, rad) are round-off.
 GRAZING = 1e-9
+
+#: More points than this would not fit into memory.
+MOST_SAMPLES = 1e8
 
 
 def _check(piece, **shapes):
@@ -28,8 +32,10 @@ def _check(piece, **shapes):
     for name, size in shapes.items():
         value = getattr(piece, name)
         try:
+            if isinstance(value, str):
+                raise TypeError
             numbers = tuple(float(number) for number in (value if size == 2 else (value,)))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = ()
         if len(numbers) != size or not all(map(math.isfinite, numbers)):
             raise InvalidParameter(
@@ -139,7 +145,10 @@ class Path:
     pieces: tuple
 
     def __post_init__(self):
-        object.__setattr__(self, "pieces", tuple(self.pieces))
+        try:
+            object.__setattr__(self, "pieces", tuple(self.pieces))
+        except TypeError:
+            raise InvalidParameter(f"pieces is {self.pieces!r}; give Lines and Arcs") from None
         if not self.pieces:
             raise InvalidParameter("a path needs at least one piece; it has none")
         for piece in self.pieces:
@@ -178,20 +187,21 @@ class Path:
 
         Parameters
         ----------
-        s : array_like, shape (n,)
+        s : array_like, shape (...)
             Distance from the start along the path (m); beyond an end the
             nearest point of the path is meant.
 
         Returns
         -------
-        x, y : ndarray, shape (n,)
+        x, y : ndarray, shape (...)
             Position (m).
-        theta : ndarray, shape (n,)
+        theta : ndarray, shape (...)
             Heading (rad), continuous along the path.
-        curvature : ndarray, shape (n,)
+        curvature : ndarray, shape (...)
             Signed curvature (1/m); at a joint that of the piece that begins.
         """
-        s = np.clip(np.asarray(s, float), 0, self.length)
+        shape = np.shape(s)
+        s = np.clip(np.atleast_1d(np.asarray(s, float)), 0, self.length)
         index = np.clip(np.searchsorted(self.joints, s, side="right") - 1, 0, len(self.pieces) - 1)
         x, y, theta, curvature = np.empty((4, *s.shape))
         heading = None
@@ -203,7 +213,7 @@ class Path:
             theta[here] = angle + whole_turns
             heading = last + whole_turns
             curvature[here] = piece.curvature
-        return x, y, theta, curvature
+        return tuple(values.reshape(shape) for values in (x, y, theta, curvature))
 
     def sample(self, step):
         """Points along the path at most `step` apart.
@@ -221,12 +231,19 @@ class Path:
         Raises
         ------
         InvalidParameter
-            For a step that is not positive.
+            For a step that is not positive or makes over 100 million points.
         """
-        if not step > 0:
-            raise InvalidParameter(f"step is {step!r}; give a positive length (m)")
+        try:
+            spacing = float(step)
+        except (TypeError, ValueError, OverflowError):
+            spacing = math.nan
+        if not spacing > 0 or self.length / spacing > MOST_SAMPLES:
+            raise InvalidParameter(
+                f"step is {step!r}; give a positive length (m) that makes at most "
+                f"{MOST_SAMPLES:g} samples of a path of {self.length:.3f} m"
+            )
         inside = [
-            np.linspace(0, piece.length, max(math.ceil(piece.length / step), 1) + 1)[:-1]
+            np.linspace(0, piece.length, max(math.ceil(piece.length / spacing), 1) + 1)[:-1]
             for piece in self.pieces
         ]
         points = [
@@ -247,6 +264,7 @@ class Path:
         ndarray, shape (pieces, n)
             Distance (m); below or at zero where the obstacle is met.
         """
+        check_world(world)
         if not len(world):
             return np.empty((len(self.pieces), 0))
         to_edges = np.empty((len(self.pieces), len(world.edges)))
@@ -289,13 +307,23 @@ class Path:
         return float(self.distances(world).min(initial=np.inf))
 
     def save(self, file):
-        """Write the path to a JSON file, to be read with `Path.load`."""
+        """Write the path to a JSON file, to be read with `Path.load`.
+
+        Raises
+        ------
+        InvalidParameter
+            For a file that cannot be written.
+        """
         pieces = [
             {"kind": type(piece).__name__}
             | {part.name: np.asarray(getattr(piece, part.name)).tolist() for part in fields(piece)}
             for piece in self.pieces
         ]
-        FilePath(file).write_text(json.dumps({"unit": "m", "pieces": pieces}, indent=1) + "\n")
+        text = json.dumps({"unit": "m", "pieces": pieces}, indent=1) + "\n"
+        try:
+            FilePath(file).write_text(text)
+        except (OSError, TypeError) as error:
+            raise InvalidParameter(f"{file} cannot be written ({error})") from error
 
     @classmethod
     def load(cls, file):
@@ -308,9 +336,11 @@ class Path:
         """
         kinds = {"Line": Line, "Arc": Arc}
         try:
-            pieces = json.loads(FilePath(file).read_text())["pieces"]
-            return cls([kinds[piece.pop("kind")](**piece) for piece in pieces])
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            saved = json.loads(FilePath(file).read_text())
+            if saved["unit"] != "m":
+                raise ValueError(f"its unit is {saved['unit']!r}, not 'm'")
+            return cls([kinds[piece.pop("kind")](**piece) for piece in saved["pieces"]])
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise InvalidParameter(f"{file} is not a path saved by freeseg ({error})") from error
 
 

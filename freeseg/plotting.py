@@ -13,7 +13,7 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
 
-from freeseg.world import Disc
+from freeseg.world import Disc, check_world
 
 #: The colour of each thing, everywhere; safe for the colour-blind.
 PALETTE = {
@@ -55,6 +55,7 @@ def plot_world(world, ax=None):
     -------
     matplotlib Axes
     """
+    check_world(world)
     ax = _mm_axes(ax)
     style = {"facecolor": PALETTE["obstacle"], "edgecolor": PALETTE["outline"], "zorder": 2}
     for number, obstacle in enumerate(world.obstacles, 1):
@@ -198,7 +199,7 @@ def plot_plan(world, plan, ax=None):
     for number, turn in enumerate(plan.turning_points):
         plot_circle(turn.center, turn.radius, ax, label=None if number else "dangerous circle")
     plot_band(plan.path, plan.robot, ax)
-    plot_path(plan.path, ax, label="planned path")
+    plot_path(plan.path, ax, label="planned path", lw=3.5)
     return plot_query(plan.path.start, plan.path.end, ax)
 
 
@@ -277,9 +278,9 @@ def plot_tracking(world, plan, run, ax=None):
     matplotlib Axes
     """
     ax = plot_world(world, ax)
-    plot_path(plan.path, ax, label="planned path", lw=4, alpha=0.45)
+    plot_path(plan.path, ax, label="planned path", lw=3.5)
     x, y, theta = run.pose
-    ax.plot(1000 * x, 1000 * y, color=PALETTE["tracked"], lw=1.5, zorder=5, label="tracked")
+    ax.plot(1000 * x, 1000 * y, color=PALETTE["tracked"], lw=1.3, zorder=5, label="tracked")
     for when in np.linspace(0, len(x) - 1, 6).astype(int):
         draw_robot((x[when], y[when], theta[when]), run.robot, ax)
     return plot_query(plan.path.start, plan.path.end, ax)
@@ -307,7 +308,7 @@ def draw_robot(pose, robot, ax):
     disc = Circle((1000 * x, 1000 * y), 1000 * robot.radius, fc=PALETTE["robot"], alpha=0.35)
     disc.set(edgecolor=PALETTE["planned"], zorder=4)
     ax.add_patch(disc)
-    (nose,) = ax.plot([], [], color=PALETTE["planned"], lw=1.5, zorder=5)
+    (nose,) = ax.plot([], [], color=PALETTE["error"], lw=1.2, zorder=4)
     move_robot(disc, nose, pose)
     return disc, nose
 
@@ -403,7 +404,7 @@ def animate(world, plan, run, ax=None, frames=40):
     """
     ax = plot_plan(world, plan, ax)
     x, y, _ = 1000 * run.pose
-    (trail,) = ax.plot([], [], color=PALETTE["tracked"], lw=2, zorder=5, label="tracked")
+    (trail,) = ax.plot([], [], color=PALETTE["tracked"], lw=1.3, zorder=5, label="tracked")
     disc, nose = draw_robot(run.pose[:, 0], run.robot, ax)
     disc.set_alpha(0.8)
 
@@ -416,7 +417,7 @@ def animate(world, plan, run, ax=None, frames=40):
     return FuncAnimation(ax.figure, show, frames=times, interval=100, blit=True)
 
 
-def as_gif(animation, dpi=70):
+def as_gif(animation, dpi=70, alt="animation"):
     """An animation as a picture that any notebook viewer shows.
 
     Parameters
@@ -425,6 +426,8 @@ def as_gif(animation, dpi=70):
         What to show; its figure is closed.
     dpi : int, optional
         Resolution.
+    alt : str, optional
+        What it shows, in words.
 
     Returns
     -------
@@ -437,7 +440,7 @@ def as_gif(animation, dpi=70):
         animation.save(file, writer=PillowWriter(fps=10), dpi=dpi)
         data = base64.b64encode(file.read_bytes()).decode()
     plt.close(animation._fig)
-    return HTML(f'<img alt="animation" src="data:image/gif;base64,{data}">')
+    return HTML(f'<img alt="{alt}" src="data:image/gif;base64,{data}">')
 
 
 def show_table(header, rows):

@@ -8,7 +8,7 @@ import numpy as np
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.path import Path
-from freeseg.robot import KheperaIV, check_positive
+from freeseg.robot import as_robot, check_positive
 
 #: Cruising speed (m/s) and acceleration along the path (m/s^2). Not published: assumptions.
 SPEED, ACCELERATION = 0.1, 0.2
@@ -130,16 +130,18 @@ def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
     >>> round(make_reference(plan.path).duration, 2)
     11.78
     """
-    robot = robot or KheperaIV()
+    robot = as_robot(robot)
+    speed = check_positive("speed", speed)
+    acceleration = check_positive("acceleration", acceleration)
     if not isinstance(path, Path):
-        raise InvalidParameter(f"path is {path!r}; give a Path, such as plan.path")
+        raise InvalidParameter(f"path is a {type(path).__name__}; give a Path, such as plan.path")
     tightest = max(abs(piece.curvature) for piece in path.pieces)
     outer = 1 + tightest * robot.wheel_base / 2
     for name, value, limit, unit in (
         ("speed", speed, robot.max_wheel_speed, "m/s"),
         ("acceleration", acceleration, robot.max_wheel_acceleration, "m/s^2"),
     ):
-        if check_positive(name, value) > limit / outer:
+        if value > limit / outer:
             raise InvalidParameter(
                 f"{name} is {value:g} {unit}; on the tightest arc of this path, of radius "
                 f"{1 / tightest if tightest else np.inf:.4f} m, the outer wheel allows at most "

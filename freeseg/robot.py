@@ -114,7 +114,7 @@ class KheperaIV:
         v, omega : ndarray, shape (...)
             Forward speed (m/s) and turn rate (rad/s).
         """
-        right, left = wheels
+        right, left = np.asarray(wheels, float)
         return 0.5 * (right + left), (right - left) / self.wheel_base
 
     def saturate(self, wheels, previous, dt):
@@ -136,6 +136,7 @@ class KheperaIV:
         ndarray, shape (2, ...)
             Reached wheel speeds (m/s).
         """
+        wheels, previous = np.asarray(wheels, float), np.asarray(previous, float)
         fastest = np.maximum(np.abs(wheels[0]), np.abs(wheels[1]))
         target = wheels * (self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed))
         reach = self.max_wheel_acceleration * dt
@@ -172,11 +173,20 @@ class KheperaIV:
         )
 
 
+def as_robot(robot):
+    """`robot`, a Khepera IV for None; `InvalidParameter` for anything else."""
+    if robot is None:
+        return KheperaIV()
+    if not isinstance(robot, KheperaIV):
+        raise InvalidParameter(f"robot is {robot!r}; give a KheperaIV")
+    return robot
+
+
 def check_positive(name, value):
     """`value` as a float; `InvalidParameter` unless positive and finite."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = np.nan
     if not (np.isfinite(number) and number > 0):
         raise InvalidParameter(f"{name} is {value!r}; give a positive finite number")

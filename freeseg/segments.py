@@ -7,8 +7,8 @@ import numpy as np
 import shapely
 
 from freeseg.geometry import angle_of, unit
-from freeseg.robot import KheperaIV, check_positive
-from freeseg.world import Disc
+from freeseg.robot import as_robot, check_positive
+from freeseg.world import Disc, check_world
 
 #: Security margin delta (m). Not published: an assumption.
 MARGIN = 0.005
@@ -63,8 +63,8 @@ def free_segments(world, robot=None, margin=MARGIN):
 
     Raises
     ------
-    InvalidParameter
-        For a margin that is not positive.
+    InvalidQuery, InvalidParameter
+        For a world or a robot that is none, or a margin that is not positive.
 
     Examples
     --------
@@ -72,7 +72,8 @@ def free_segments(world, robot=None, margin=MARGIN):
     >>> [round(segment.length, 4) for segment in free_segments(fs.load_table(1))]
     [0.2632, 0.15, 0.21, 0.3259, 0.2316, 0.2246]
     """
-    required = (robot or KheperaIV()).diameter + check_positive("margin", margin)
+    check_world(world)
+    required = as_robot(robot).diameter + check_positive("margin", margin)
     nearest = shapely.get_coordinates(shapely.shortest_line(world.cores[:-1], world.cores[1:]))
     nearest = nearest.reshape(-1, 2, 2)
     across = unit(angle_of(nearest[:, 1] - nearest[:, 0]))

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from freeseg.errors import InvalidParameter
-from freeseg.reference import tracking_error
-from freeseg.robot import KheperaIV, check_positive
+from freeseg.reference import Reference, tracking_error
+from freeseg.robot import KheperaIV, as_robot, check_positive
+
+#: A longer run would not end, or not fit into memory.
+MOST_STEPS = 1e7
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,19 +70,35 @@ def simulate(tracker, reference, robot=None, dt=0.05, initial_offset=(0.0, 0.0, 
     Raises
     ------
     InvalidParameter
-        For a time step that is not positive or is longer than the
-        reference, or an offset of another shape or not finite.
+        For what is no tracker or no reference; a time step that is not
+        positive, is longer than the reference, or makes over 10 million
+        steps; an offset of another shape or not finite.
     """
-    robot = robot or KheperaIV()
-    if check_positive("dt", dt) > reference.duration:
+    robot = as_robot(robot)
+    if isinstance(tracker, type) or not callable(getattr(tracker, "start", None)):
+        raise InvalidParameter(f"tracker is {tracker!r}; give one, such as SlidingMode()")
+    if not isinstance(reference, Reference):
+        kind = type(reference).__name__
+        raise InvalidParameter(f"reference is a {kind}; give one made by make_reference")
+    dt = check_positive("dt", dt)
+    if dt > reference.duration:
         raise InvalidParameter(
             f"dt is {dt} s, and the reference lasts {reference.duration:.3f} s; shorten it"
         )
+    if reference.duration / dt > MOST_STEPS:
+        raise InvalidParameter(
+            f"dt is {dt} s, over {MOST_STEPS:g} steps for {reference.duration:.3f} s; lengthen it"
+        )
     try:
         offset = np.asarray(initial_offset, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         offset = np.array(np.nan)
-    if offset.shape[:1] != (3,) or offset.ndim > 2 or not np.isfinite(offset).all():
+    if (
+        offset.shape[:1] != (3,)
+        or offset.ndim > 2
+        or not offset.size
+        or not np.isfinite(offset).all()
+    ):
         raise InvalidParameter(
             f"initial_offset is {initial_offset!r}; give three finite numbers or three rows of them"
         )

@@ -18,12 +18,15 @@ from freeseg.geometry import angle_of, cross, unit
 #: The map of the paper's Fig. 12: x and y from ... to ... (mm).
 MAP_MM = ((0, 900), (-100, 900))
 
+#: Largest coordinate (m): beyond it, round-off would be as large as what is decided by.
+FARTHEST = 1e4
+
 
 def _points(values, what, shape, error):
     """Finite float array of the given shape (None: any number), or the error."""
     try:
         array = np.array(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise error(f"{what} is {values!r}; give numbers (m)") from None
     if array.ndim != len(shape) or any(
         want not in (None, have) for want, have in zip(shape, array.shape, strict=True)
@@ -32,6 +35,8 @@ def _points(values, what, shape, error):
         raise error(f"{what} has shape {array.shape}; expected {wanted} numbers (m)")
     if not np.isfinite(array).all():
         raise error(f"{what} is {array.tolist()}; every number must be finite (m)")
+    if (np.abs(array) > FARTHEST).any():
+        raise error(f"{what} is {array.tolist()}, beyond {FARTHEST:g} m; positions are in metres")
     array.setflags(write=False)
     return array
 
@@ -284,6 +289,12 @@ class World:
         return shapely.distance(self.cores, geometry) - self.radii
 
 
+def check_world(world):
+    """Raise `InvalidQuery` for what is not a `World`."""
+    if not isinstance(world, World):
+        raise InvalidQuery(f"world is {world!r}; give a World")
+
+
 def load_table(number, folder=DATA):
     """One of the paper's Tables 1 to 5 as a world.
 
@@ -318,11 +329,11 @@ def load_table(number, folder=DATA):
         f"{folder}/tables.csv", {"table": int, "obstacle": int, "x_mm": float, "y_mm": float}
     )
     tables = sorted({row["table"] for row in centers})
-    if number not in tables:
+    if not isinstance(number, int) or number not in tables:
         raise InvalidWorld(f"table {number!r} is not in tables.csv; it has {tables}")
     rows = [row for row in centers if row["table"] == number]
     _check_numbering("tables.csv", rows)
-    sizes = read_csv(f"{folder}/obstacles.csv", {"obstacle": int, "radius_mm": float})
+    sizes = read_csv(f"{folder}/obstacles.csv", {"obstacle": int, "shape": str, "radius_mm": float})
     _check_numbering("obstacles.csv", sizes)
     if len(sizes) != len(rows):
         raise InvalidWorld(
@@ -330,6 +341,10 @@ def load_table(number, folder=DATA):
             f"table {number}; give each one"
         )
     for row in sizes:
+        if row["shape"] != "disc":
+            raise InvalidWorld(
+                f"obstacles.csv, row {row['row']}: shape {row['shape']!r} is not known; give disc"
+            )
         if row["radius_mm"] <= 0:
             raise InvalidWorld(
                 f"obstacles.csv, row {row['row']}: radius_mm is {row['radius_mm']:g}; "

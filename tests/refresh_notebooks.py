@@ -18,9 +18,15 @@ from nbclient import NotebookClient
 NOTEBOOKS = Path(__file__).resolve().parent.parent / "notebooks"
 #: The README's picture: the first one of the first notebook.
 OVERVIEW = NOTEBOOKS / "overview.png"
-KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+KERNEL = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 #: What a reader reads; pictures are not compared.
 TEXT = ("text/plain", "text/markdown", "text/html", "text/latex")
+
+
+def every_notebook():
+    """Files of the collection; not the checkpoints that JupyterLab hides among them."""
+    files = sorted(NOTEBOOKS.rglob("*.ipynb"))
+    return [file for file in files if ".ipynb_checkpoints" not in file.parts]
 
 
 def mask(text):
@@ -36,6 +42,7 @@ def clean(notebook):
         if cell.cell_type != "code":
             continue
         cell.metadata.pop("execution", None)
+        cell.metadata.pop("collapsed", None)
         outputs = []
         for output in cell.outputs:
             if (
@@ -110,6 +117,6 @@ def refresh(file):
 
 
 if __name__ == "__main__":
-    for path in map(Path, sys.argv[1:] or sorted(NOTEBOOKS.rglob("*.ipynb"))):
+    for path in map(Path, sys.argv[1:] or every_notebook()):
         print(path.name, flush=True)
         refresh(path.resolve())

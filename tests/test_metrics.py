@@ -116,6 +116,25 @@ def test_a_batch_gives_the_numbers_of_its_runs():
         assert_array_equal(values, single)
 
 
+def test_clearance_by_hand():
+    # Along the x axis past a disc to the left, and a second robot 1 m further to the right.
+    pose = np.zeros((3, 2, 4))
+    pose[0] = [0, 1, 2, 3]
+    pose[1, 1] = -1
+    run = Run(T, pose, np.zeros((3, 4)), np.zeros((3, 2, 4)), np.zeros((2, 2, 4)), fs.KheperaIV())
+    world = fs.World([fs.Disc((2, 1), 0.25), fs.Disc((9, 9), 1)])
+    assert_allclose(fs.metrics.tracking(run, world)["clearance_m"], [0.75, 1.75])
+    assert_array_equal(fs.metrics.tracking(run, fs.World([]))["clearance_m"], [np.inf, np.inf])
+    assert "clearance_m" not in fs.metrics.tracking(run)
+
+
+def test_clearance_below_zero_tells_a_collision():
+    run = make_run(np.zeros(4))
+    clearance = fs.metrics.tracking(run, fs.World([fs.Disc((0.1, 0), 0.3)]))["clearance_m"]
+    assert clearance == pytest.approx(-0.2)
+    assert isinstance(clearance, float)
+
+
 def test_tracking_of_a_simulated_run(tables, cases, robot):
     plan = fs.plan(tables[1], cases["15a"].start, cases["15a"].goal)
     reference = fs.make_reference(plan.path, robot)

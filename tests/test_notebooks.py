@@ -10,10 +10,18 @@ import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 from nbmake.nb_run import NotebookRun
 from PIL import Image
-from refresh_notebooks import KERNEL, NOTEBOOKS, OVERVIEW, clean, pictures, stale_cell
+from refresh_notebooks import (
+    KERNEL,
+    NOTEBOOKS,
+    OVERVIEW,
+    clean,
+    every_notebook,
+    pictures,
+    stale_cell,
+)
 
 ROOT = NOTEBOOKS.parent
-FILES = sorted(NOTEBOOKS.rglob("*.ipynb"))
+FILES = every_notebook()
 LESSONS = [file for file in FILES if file.parent == NOTEBOOKS]
 
 
@@ -74,8 +82,26 @@ def test_another_kernel_is_found():
     assert forbidden(new_notebook(metadata={"kernelspec": KERNEL | {"name": "conda-env"}}))
 
 
+def as_jupyterlab_saves(notebook):
+    """The notebook with what JupyterLab adds when it merely opens and saves one."""
+    opened = deepcopy(notebook)
+    opened.metadata["language_info"] = {"name": "python", "version": "3.12.1"}
+    for cell in code_of(opened):
+        cell.metadata["collapsed"] = True
+    return opened
+
+
+def is_clean(notebook):
+    """Whether all that `clean` strips is gone, but for what JupyterLab adds to any notebook."""
+    return as_jupyterlab_saves(clean(deepcopy(notebook))) == as_jupyterlab_saves(notebook)
+
+
+def test_opening_in_jupyterlab_fails_no_test(notebook):
+    assert is_clean(as_jupyterlab_saves(notebook))
+
+
 def test_stored_clean_and_run_in_order(notebook):
-    assert clean(deepcopy(notebook)) == notebook
+    assert is_clean(notebook)
     assert [cell.execution_count for cell in code_of(notebook)] == [
         *range(1, len(code_of(notebook)) + 1)
     ]
@@ -184,7 +210,9 @@ def test_clean_strips_what_differs():
     )
     notebook.metadata = {"widgets": {"state": {}}, "language_info": {"version": "3.11.7"}}
     notebook.cells[1].metadata["execution"] = {"iopub.execute_input": "2020"}
+    assert not is_clean(notebook)
     stored = clean(notebook)
+    assert is_clean(stored)
     assert stored.metadata == {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     assert "execution" not in stored.cells[1].metadata
     assert [output.get("text") for output in stored.cells[1].outputs] == ["a\nb\n", None]

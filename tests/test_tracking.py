@@ -328,10 +328,29 @@ def test_invalid_gain(name, value):
         fs.SlidingMode(**{name: value})
 
 
-@pytest.mark.parametrize("switching", ["", "SAT", "relay", None, 1])
+@pytest.mark.parametrize("switching", ["", "SAT", "relay", None, 1, ["sat"]])
 def test_invalid_switching(switching):
     with pytest.raises(fs.InvalidParameter, match=r"switching is .*'sat', 'sign', 'tanh'"):
         fs.SlidingMode(switching=switching)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda number: fs.make_reference(BEND, speed=number),
+        lambda number: fs.make_reference(BEND, acceleration=number),
+        lambda number: fs.simulate(fs.SlidingMode(), fs.make_reference(BEND), dt=number),
+        lambda number: fs.simulate(fs.SlidingMode(k1=number), fs.make_reference(BEND)),
+    ],
+    ids=["speed", "acceleration", "dt", "gain"],
+)
+def test_a_number_as_text_is_refused_or_understood(run):
+    # Accepted as it stands, it would only fail later, in the first calculation.
+    try:
+        from_text = run("0.1")
+    except fs.InvalidParameter:
+        return
+    assert_array_equal(from_text.pose, run(0.1).pose)
 
 
 # --- simulation ----------------------------------------------------------------------------------

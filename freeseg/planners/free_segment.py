@@ -30,7 +30,9 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
     robot : KheperaIV, optional
         Robot; its disc must fit.
     margin : float, optional
-        Security margin delta (m); 5 mm is an assumption.
+        Security margin delta (m); 5 mm is an assumption. Where the start or
+        the goal is closer to an obstacle than R_D, the circles round that
+        obstacle shrink to the distance there.
 
     Returns
     -------

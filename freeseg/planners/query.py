@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
+from freeseg.errors import InvalidQuery, Trapped
 from freeseg.path import GRAZING, Path, taut_path
-from freeseg.robot import KheperaIV, check_positive
+from freeseg.robot import KheperaIV, as_robot, check_positive
 from freeseg.segments import Endpoint
-from freeseg.world import World, as_position
+from freeseg.world import World, as_position, check_world
 
 #: Closed forms and geometric predicates agree to this (m).
 ROUND_OFF = 1e-9
@@ -214,12 +214,8 @@ def ask(world, start, goal, robot, margin):
     InvalidQuery, InvalidParameter
         As for `plan`.
     """
-    robot = KheperaIV() if robot is None else robot
-    if not isinstance(robot, KheperaIV):
-        raise InvalidParameter(f"robot is {robot!r}; give a KheperaIV")
-    margin = check_positive("margin", margin)
-    if not isinstance(world, World):
-        raise InvalidQuery(f"world is {world!r}; give a World")
+    robot, margin = as_robot(robot), check_positive("margin", margin)
+    check_world(world)
     start, goal = as_position(start, "start"), as_position(goal, "goal")
     if np.hypot(*(goal - start)) <= GRAZING:
         raise InvalidQuery(f"start and goal are the same point {start.tolist()}; move one")
@@ -228,9 +224,11 @@ def ask(world, start, goal, robot, margin):
         distances = world.distances(shapely.Point(position))
         if (distances < robot.radius).any():
             nearest = int(np.argmin(distances))
+            gap = distances[nearest]
+            where = "inside" if gap <= 0 else f"{gap:.4f} m from"
             raise InvalidQuery(
-                f"{what} {position.tolist()} is {distances[nearest]:.4f} m from obstacle "
-                f"{nearest + 1}, and the robot's radius is {robot.radius:.4f} m; move it away"
+                f"{what} {position.tolist()} is {where} obstacle {nearest + 1}, and the robot's "
+                f"radius is {robot.radius:.4f} m; move it away"
             )
         # The circle must leave the position outside, by more than round-off.
         reach = np.minimum(reach, distances * (1 - ROUND_OFF))

@@ -19,9 +19,6 @@ from freeseg.geometry import (
 #: A tangent may come closer to a circle than its radius by round-off (m).
 ROUND_OFF = 1e-10
 
-#: Directions on a circle that differ by less are one (rad).
-SAME_DIRECTION = 1e-9
-
 
 def shortest_circles(start, goal, circles, blockers):
     """Oriented circles that the shortest free path goes round.
@@ -92,9 +89,6 @@ def shortest_circles(start, goal, circles, blockers):
         )
         open_arc = (clear >= keep).all(1) & (order != following)
         links.append((order[open_arc], following[open_arc], (radius * sweep)[open_arc]))
-        # Tangents of aligned circles meet a circle in one point: round-off must not order them.
-        same = (sweep < SAME_DIRECTION) & (order != following)
-        links.append((following[same], order[same], np.zeros(same.sum())))
 
     # The start and the goal are one point each, whichever tangent leaves or joins there.
     nodes = 2 * len(lines)
@@ -103,11 +97,7 @@ def shortest_circles(start, goal, circles, blockers):
     links.append((np.full_like(begin, nodes), begin, np.zeros(len(begin))))
     links.append((finish, np.full_like(finish, nodes + 1), np.zeros(len(finish))))
     source, target, weight = (np.concatenate(part) for part in zip(*links, strict=True))
-    # A sparse matrix adds up what stands in one place: keep the cheapest of parallel links.
-    place = source * (nodes + 2) + target
-    by_cost = np.lexsort([weight, place])
-    best = by_cost[np.append(True, np.diff(place[by_cost]) > 0)]
-    graph = coo_array((weight[best], (source[best], target[best])), shape=(nodes + 2, nodes + 2))
+    graph = coo_array((weight, (source, target)), shape=(nodes + 2, nodes + 2))
     distance, before = dijkstra(graph.tocsr(), indices=nodes, return_predecessors=True)
     if not np.isfinite(distance[nodes + 1]):
         return None

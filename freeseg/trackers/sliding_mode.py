@@ -52,13 +52,14 @@ class SlidingMode:
     floor: float = 0.25
 
     def __post_init__(self):
-        if self.switching not in SWITCHING:
+        if not isinstance(self.switching, str) or self.switching not in SWITCHING:
             raise InvalidParameter(
                 f"switching is {self.switching!r}; choose one of {sorted(SWITCHING)}"
             )
         for gain in fields(self):
             if gain.name != "switching":
-                check_positive(gain.name, getattr(self, gain.name))
+                value = check_positive(gain.name, getattr(self, gain.name))
+                object.__setattr__(self, gain.name, value)
 
     def start(self, reference, robot, dt):
         """The law for one run.
