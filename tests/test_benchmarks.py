@@ -1,0 +1,30 @@
+"""Benchmarks assert no times, but they must run and print what they promise."""
+
+import importlib.util
+from pathlib import Path
+
+import nbformat
+from nbformat.v4 import new_code_cell, new_notebook
+
+FOLDER = Path(__file__).parent / "benchmarks"
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_first_path(capsys):
+    load("first_path").main(repeats=1)
+    printed = capsys.readouterr().out
+    for line in ("import freeseg", "plan case 16b", "plan, median of 8 cases", "simulate"):
+        assert line in printed
+
+
+def test_notebooks(tmp_path, capsys):
+    file = tmp_path / "tiny.ipynb"
+    nbformat.write(new_notebook(cells=[new_code_cell("1 + 1")]), file)
+    load("notebooks").main([file])
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["tiny", "all"]
