@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 import matplotlib.pyplot as plt
 import numpy as np
+import shapely
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
@@ -219,9 +220,7 @@ def plot_band(path, robot, ax):
     -------
     matplotlib Axes
     """
-    from shapely import LineString
-
-    outline = LineString(1000 * path.sample(0.002)).buffer(1000 * robot.radius).exterior
+    outline = shapely.LineString(1000 * path.sample(0.002)).buffer(1000 * robot.radius).exterior
     ax.fill(
         *outline.xy, color=PALETTE["robot"], alpha=0.25, lw=0, zorder=1, label="swept by the robot"
     )

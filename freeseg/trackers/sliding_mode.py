@@ -82,10 +82,10 @@ class SlidingMode:
         scale = reference.v.max() * self.length_scale
 
         def law(t, pose):
-            target = reference.at(t)
             # A command holds for dt: the velocities are those at the middle of it.
-            _, v_r, omega_r, v_r_dot, _ = reference.at(t + dt / 2)
-            x_e, y_e, alpha_e = tracking_error(target.pose, pose)
+            now_and_middle = reference.at([t, t + dt / 2])
+            _, v_r, omega_r, v_r_dot, _ = (values[..., 1] for values in now_and_middle)
+            x_e, y_e, alpha_e = tracking_error(now_and_middle.pose[:, 0], pose)
             slope = 1 / (1 + (v_r * y_e / scale) ** 2) / scale
             dgamma_dv, dgamma_dy = slope * y_e, slope * v_r
             s1, s2 = x_e, alpha_e + np.arctan(v_r * y_e / scale)
