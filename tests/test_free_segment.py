@@ -233,7 +233,8 @@ def test_the_cases_show_every_kind_of_step(plans):
 def test_the_first_search_is_over_all_endpoints_from_start_to_goal(cases, plans, name):
     searches = [step for step in plans[name].steps if step.candidates]
     if not searches:
-        assert len(plans[name].steps) == 1
+        # The straight way is free, or meets an obstacle all of whose segments are danger.
+        assert [step.kind for step in plans[name].steps[1:]] in ([], ["local minimum"])
         return
     assert_allclose(searches[0].leg, [cases[name].start, cases[name].goal])
     assert {candidate.endpoint.obstacle for candidate in searches[0].candidates} > {0, 6}

@@ -54,10 +54,11 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
     What the paper leaves open is completed as follows. Turns go round the
     obstacle itself (a disc's concentric circle, a polygon's corner). Each
     obstacle also has outer endpoints, see `find_endpoints`. A turn that a
-    later one makes needless is dropped. Where the blocking obstacle has no
-    usable endpoint, or the rules go round in circles, it and the obstacles
-    within D_r + delta of each other form a group, and the path starts again
-    with the shortest way round all groups met so far. Groups only grow, and
+    later one makes needless is dropped. Where all segments of the blocking
+    obstacle are danger, where it has no usable endpoint, or where the rules
+    go round in circles, it and the obstacles within D_r + delta of each other
+    form a group, and the path starts again with the shortest way round all
+    groups met so far. Groups only grow, and
     round all obstacles that way is exact, so the search ends: with a path,
     or with the proof that there is none.
 
@@ -134,7 +135,7 @@ class _Search:
         leg_number = self.passed[number]
         first = not self.turns
         leg, candidates = None, ()
-        if isinstance(self.path.pieces[number], Line):
+        if isinstance(self.path.pieces[number], Line) and blocking not in self.dead_ends:
             # Section 3.2.2 searches all endpoints; a repair (3.3.1) those of the blocking obstacle.
             leg, candidates = self.rank(
                 [end for end in self.endpoints if first or end.obstacle == blocking], leg_number
