@@ -14,12 +14,14 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
 
+from freeseg.path import Arc
 from freeseg.world import Disc, check_world
 
 #: The colour of each thing, everywhere; safe for the colour-blind.
 PALETTE = {
     "obstacle": "#c8c8c8",
     "outline": "#5a5a5a",
+    "group": "#e3bfd2",
     "robot": "#56b4e9",
     "planned": "#0072b2",
     "tracked": "#d55e00",
@@ -42,6 +44,13 @@ def _mm_axes(ax):
     return ax
 
 
+def _patch(obstacle, **style):
+    """An obstacle's shape in mm."""
+    if isinstance(obstacle, Disc):
+        return Circle(1000 * obstacle.center, 1000 * obstacle.radius, **style)
+    return PolygonPatch(1000 * obstacle.vertices, **style)
+
+
 def plot_world(world, ax=None):
     """Obstacles with their numbers.
 
@@ -60,12 +69,8 @@ def plot_world(world, ax=None):
     ax = _mm_axes(ax)
     style = {"facecolor": PALETTE["obstacle"], "edgecolor": PALETTE["outline"], "zorder": 2}
     for number, obstacle in enumerate(world.obstacles, 1):
-        if isinstance(obstacle, Disc):
-            middle = 1000 * obstacle.center
-            ax.add_patch(Circle(middle, 1000 * obstacle.radius, **style))
-        else:
-            middle = 1000 * np.array(obstacle.core.representative_point().coords[0])
-            ax.add_patch(PolygonPatch(1000 * obstacle.vertices, **style))
+        ax.add_patch(_patch(obstacle, **style))
+        middle = 1000 * np.array(obstacle.core.representative_point().coords[0])
         ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
     ax.autoscale_view()
     return ax
@@ -230,6 +235,10 @@ def plot_band(path, robot, ax):
 def plot_step(world, plan, step, ax=None):
     """One step of a plan's trace: what was met, considered and chosen.
 
+    The obstacle that blocked the path before is outlined, a group is filled;
+    a thin line joins the ends of the leg on which candidates, the small
+    circles, were ranked.
+
     Parameters
     ----------
     world : World
@@ -247,15 +256,54 @@ def plot_step(world, plan, step, ax=None):
     """
     ax = plot_world(world, ax)
     plot_segments(plan.segments, ax)
-    for candidate in step.candidates:
+    if step.group:
+        plot_group(world, step.group, ax)
+    if step.blocking is not None:
+        label = "turn dropped here" if step.kind == "needless turn" else "blocking obstacle"
+        style = {"fill": False, "ec": PALETTE["danger"], "lw": 2.5, "zorder": 2.6, "label": label}
+        ax.add_patch(_patch(world.obstacles[step.blocking], **style))
+    number = next((k for k, one in enumerate(plan.steps) if one is step), 0)
+    if number:
+        plot_path(plan.steps[number - 1].path, ax, "0.45", lw=1.5, ls="--", label="path before")
+    if step.leg is not None:
+        style = {"color": PALETTE["turning"], "lw": 1.2, "ls": ":", "zorder": 3.5}
+        ax.plot(*(1000 * step.leg.T), **style, label="leg searched")
+    for k, arc in enumerate(piece for piece in step.path.pieces if isinstance(piece, Arc)):
+        plot_circle(arc.center, arc.radius, ax, label=None if k else "dangerous circle")
+    for k, candidate in enumerate(step.candidates):
         x, y = 1000 * candidate.endpoint.point
-        ax.plot(x, y, "o", mfc="white", mec=PALETTE["turning"], ms=6, zorder=5)
+        style = {"mfc": "white", "mec": PALETTE["turning"], "ms": 4, "zorder": 5}
+        ax.plot(x, y, "o", **style, label=None if k else "candidate")
     if step.chosen:
         x, y = 1000 * step.chosen.endpoint.point
-        ax.plot(x, y, "o", color=PALETTE["turning"], ms=8, zorder=6, label="turning point")
+        style = {"color": PALETTE["turning"], "mec": "black", "ms": 8, "zorder": 7}
+        ax.plot(x, y, "o", **style, label="turning point")
     plot_path(step.path, ax, label="path after this step")
     ax.set_title(step.kind)
     return plot_query(plan.path.start, plan.path.end, ax)
+
+
+def plot_group(world, group, ax):
+    """Obstacles that form a group, filled.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    group : sequence of int
+        Indices of its members.
+    ax : matplotlib Axes
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    for k, index in enumerate(group):
+        style = {"facecolor": PALETTE["group"], "edgecolor": PALETTE["outline"], "zorder": 2.5}
+        label = None if k else "group"
+        ax.add_patch(_patch(world.obstacles[index], **style, label=label))
+    return ax
 
 
 def plot_tracking(world, plan, run, ax=None):

@@ -14,6 +14,8 @@ from PIL import Image
 import freeseg as fs
 from freeseg.plotting import PALETTE
 
+GROUP = mpl.colors.to_rgba(PALETTE["group"])
+
 
 @pytest.fixture(autouse=True)
 def no_window_and_no_trace(monkeypatch):
@@ -191,10 +193,38 @@ def test_plot_step_draws_its_candidates_and_its_choice(world, plan, ax):
     assert {tuple(1000 * candidate.endpoint.point) for candidate in step.candidates} <= points
 
 
+def test_plot_step_marks_what_blocked_the_leg_and_the_path_before(world, plan, ax):
+    step = plan.steps[1]
+    fs.plotting.plot_step(world, plan, step, ax)
+    (outline,) = (patch for patch in ax.patches if patch.get_label() == "blocking obstacle")
+    blocking = world.obstacles[step.blocking]
+    if isinstance(blocking, fs.Disc):
+        assert_allclose(outline.center, 1000 * blocking.center)
+    else:
+        assert_allclose(outline.get_xy()[:-1], 1000 * blocking.vertices)
+    before = line_labelled(ax, "path before").get_xydata()
+    assert_allclose(before, 1000 * plan.steps[0].path.sample(0.002))
+    assert_allclose(line_labelled(ax, "leg searched").get_xydata(), 1000 * step.leg)
+    arcs = [piece for piece in step.path.pieces if hasattr(piece, "radius")]
+    circles = [patch for patch in ax.patches if patch.get_linestyle() == "--"]
+    assert_allclose([c.radius for c in circles], [1000 * arc.radius for arc in arcs])
+
+
+def test_plot_step_fills_a_group(ax):
+    world = fs.World([fs.Disc((0.5, y), 0.05) for y in (-0.1, 0.05, 0.6)])
+    plan = fs.plan(world, (0, 0), (1, 0))
+    step = plan.steps[-1]
+    assert step.group == (0, 1)
+    fs.plotting.plot_step(world, plan, step, ax)
+    filled = [patch.center for patch in ax.patches if patch.get_facecolor() == GROUP]
+    assert_allclose(filled, [(500, -100), (500, 50)])
+    assert "group" in labels(ax)
+
+
 def test_plot_step_of_the_straight_way_has_no_turning_point(world, plan, ax):
     fs.plotting.plot_step(world, plan, plan.steps[0], ax)
     assert ax.get_title() == "straight"
-    assert "turning point" not in labels(ax)
+    assert not {"turning point", "path before", "blocking obstacle"} & set(labels(ax))
 
 
 def test_plot_tracking_draws_the_driven_way_and_robots_on_it(world, plan, run, robot, ax):
