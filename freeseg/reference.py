@@ -128,7 +128,7 @@ def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
     >>> import freeseg as fs
     >>> plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
     >>> round(make_reference(plan.path).duration, 2)
-    11.78
+    11.82
     """
     robot = as_robot(robot)
     speed = check_positive("speed", speed)

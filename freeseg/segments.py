@@ -70,7 +70,7 @@ def free_segments(world, robot=None, margin=MARGIN):
     --------
     >>> import freeseg as fs
     >>> [round(segment.length, 4) for segment in free_segments(fs.load_table(1))]
-    [0.2632, 0.15, 0.21, 0.3259, 0.2316, 0.2246]
+    [0.2772, 0.164, 0.203, 0.2979, 0.2246, 0.2326]
     """
     check_world(world)
     required = as_robot(robot).diameter + check_positive("margin", margin)

@@ -299,7 +299,8 @@ def load_table(number, folder=DATA):
     """One of the paper's Tables 1 to 5 as a world.
 
     The paper gives the centres only. Shapes and sizes are an assumption:
-    discs, with the radii in ``obstacles.csv``.
+    discs, with the radii in ``obstacles.csv``, which make all true that the
+    paper says of safe and danger segments (notebook 02).
 
     Parameters
     ----------
@@ -322,8 +323,8 @@ def load_table(number, folder=DATA):
 
     Examples
     --------
-    >>> len(load_table(1))
-    7
+    >>> [round(1000 * radius) for radius in load_table(1).radii]
+    [18, 18, 18, 39, 39, 18, 24]
     """
     centers = read_csv(
         f"{folder}/tables.csv", {"table": int, "obstacle": int, "x_mm": float, "y_mm": float}

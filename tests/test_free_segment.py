@@ -104,9 +104,16 @@ def test_all_segments_of_table_1_are_safe_and_none_needs_a_group(plans, name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_length_is_within_6_percent_of_the_optimum(plans, optima, name):
+def test_length_is_within_6_percent_of_the_optimum(cases, tables, plans, optima, robot, name):
     optimum, _ = optima[name]
-    assert optimum * (1 - 1e-9) <= plans[name].path.length <= 1.06 * optimum
+    plan, case = plans[name], cases[name]
+    assert plan.path.length <= 1.06 * optimum
+    world = tables[case.table]
+    if plan.path.clearance(world) < plan.turning_radius - 1e-9:
+        # A straight piece passes at less than R_D: no path that keeps R_r may be shorter.
+        centers = [disc.center for disc in world.obstacles]
+        optimum, _ = oracle.shortest(case.start, case.goal, centers, world.radii + robot.radius)
+    assert optimum * (1 - 1e-9) <= plan.path.length
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -123,12 +130,16 @@ def test_16b_turns_right_at_obstacle_1_then_left_at_obstacle_2(plans):
     assert turns == [(1, -1), (2, 1)]
 
 
-def test_a_clear_way_is_taken_straight(cases, plans):
-    plan = plans["13b"]
+def test_a_clear_way_is_taken_straight(tables):
+    # By hand: from (400, 0) to (200, 750) mm, obstacle 4 is the nearest. The line passes its centre
+    # (400, 500) at 200 * 500 / sqrt(200^2 + 750^2) = 128.8 mm, and 128.8 - 39 is more than 70.4.
+    start, goal = (0.4, 0.0), (0.2, 0.75)
+    plan = fs.plan(tables[1], start, goal)
+    assert plan.path.clearance(tables[1]) == pytest.approx(0.1 / np.hypot(0.2, 0.75) - 0.039)
     assert plan.turning_points == ()
     (piece,) = plan.path.pieces
     assert isinstance(piece, Line)
-    assert (piece.start, piece.end) == (cases["13b"].start, cases["13b"].goal)
+    assert (piece.start, piece.end) == (start, goal)
     assert [step.kind for step in plan.steps] == ["straight"]
 
 
@@ -142,12 +153,16 @@ def test_length_does_not_depend_on_the_frame(cases, tables, plans, name, turn, s
     assert [step.kind for step in plan.steps] == [step.kind for step in plans[name].steps]
 
 
-def test_dangerous_circles_are_concentric_and_leave_the_safe_segments_open(plans, robot):
-    for plan in plans.values():
+def test_dangerous_circles_are_concentric_and_leave_the_safe_segments_open(
+    cases, tables, plans, robot
+):
+    for name, plan in plans.items():
         assert plan.turning_radius == pytest.approx(robot.radius + MARGIN / 2)
         assert 2 * plan.turning_radius <= plan.segments[0].required + 1e-15
         for turn in plan.turning_points:
-            assert turn.radius == pytest.approx(0.025 + plan.turning_radius)
+            disc = tables[cases[name].table].obstacles[turn.obstacle]
+            assert turn.radius == pytest.approx(disc.radius + plan.turning_radius)
+            assert_allclose(turn.center, disc.center)
 
 
 # --- the trace -----------------------------------------------------------------------------------
@@ -522,7 +537,7 @@ def test_worlds_of_no_and_of_one_obstacle(robot):
         ("ab", (1, 1), "start is 'ab'"),
         (None, (1, 1), "start "),
         ((0.55, 0.1), (1, 1), r"start \[0.55, 0.1\] is inside obstacle 1"),
-        ((0, 0), (0.55, 0.19), r"goal \[0.55, 0.19\] is 0.0650 m from obstacle 1"),
+        ((0, 0), (0.55, 0.18), r"goal \[0.55, 0.18\] is 0.0620 m from obstacle 1"),
         ((0.1, 0.2), (0.1, 0.2), r"same point \[0.1, 0.2\]"),
         ((0.3, 0.2), (0.3, 0.2 + 1e-10), "start and goal"),  # the same but for round-off
     ],

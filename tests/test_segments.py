@@ -79,10 +79,31 @@ def test_safe_segments_are_those_that_fit_the_robot_and_its_margin(tables, robot
         assert segment.safe == (segment.length >= 0.1408 + 0.005)
 
 
-def test_the_papers_statements_on_table_1_and_5(tables):
-    # Figs 13 to 16: all segments of Table 1 are safe; Table 5 has danger segments.
-    assert all(segment.safe for segment in fs.free_segments(tables[1]))
-    assert not all(segment.safe for segment in fs.free_segments(tables[5]))
+def test_the_sizes_make_the_papers_statements_true(tables):
+    # Figs 13 to 16: Table 1 is all safe, Tables 2 to 4 are both, Table 5 is all danger.
+    safe = {k: [segment.safe for segment in fs.free_segments(tables[k])] for k in tables}
+    assert all(safe[1])
+    for table in (2, 3, 4):
+        assert any(safe[table])
+        assert not all(safe[table])
+    assert not any(safe[5])
+
+
+def test_the_sizes_leave_17_mm_to_every_statement(tables, robot, cases):
+    # By hand, from the printed distances: Table 1's 2-3 has 200.0 - 18 - 18 = 164.0 mm, 18.2 over
+    # D_r + delta = 145.8 mm; Table 5's 4-5 has 206.2 - 39 - 39 = 128.2 mm, 17.6 under it.
+    lengths = {
+        k: [1000 * segment.length for segment in fs.free_segments(tables[k])] for k in (1, 5)
+    }
+    assert min(lengths[1]) == pytest.approx(164.0, abs=0.051)
+    assert max(lengths[5]) == pytest.approx(128.2, abs=0.051)
+    assert min(min(lengths[1]) - 145.8, 145.8 - max(lengths[5])) > 17
+    assert 1000 * tables[1].radii.min() > 17
+    for case in cases.values():
+        for point in (case.start, case.goal):
+            distances = tables[case.table].distances(shapely.Point(point))
+            assert 1000 * (distances.min() - robot.radius) > 17
+    assert all(len(world.close_pairs(0.017)[0]) == 0 for world in tables.values())
 
 
 @pytest.mark.parametrize(

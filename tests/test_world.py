@@ -202,7 +202,8 @@ def test_centre_on_the_border_of_the_map_is_on_the_map(folder, edge_mm):
     assert_allclose(1000 * fs.load_table(1, folder).obstacles[3].center, edge_mm)
 
 
-SIZE = "4,disc,25,assumption: not published"
+SOURCE = "assumption: not published; linear programme of notebook 02_rebuild_the_worlds, whole mm"
+SIZE = f"4,disc,39,{SOURCE}"
 
 
 @pytest.mark.parametrize(
@@ -226,7 +227,7 @@ def test_sizes_that_make_no_sense(folder, broken, message):
 
 
 def test_size_left_out(folder):
-    edit(folder / "obstacles.csv", "7,disc,25,assumption: not published\n", "")
+    edit(folder / "obstacles.csv", f"7,disc,24,{SOURCE}\n", "")
     with pytest.raises(fs.InvalidWorld, match=r"obstacles\.csv has 6 sizes for the 7 obstacles"):
         fs.load_table(1, folder)
 
