@@ -91,7 +91,7 @@ def shortest_path(world, start, goal, robot=None, margin=MARGIN):
     --------
     >>> import freeseg as fs
     >>> round(shortest_path(fs.load_table(1), (0, 0), (0.75, 0.75)).path.length, 4)
-    1.1203
+    1.1287
     """
     query = ask(world, start, goal, robot, margin)
     reach = query.turning_radii - world.radii
