@@ -15,6 +15,7 @@ from freeseg.errors import (
     NoPath,
     Trapped,
 )
+from freeseg.generate import random_query, random_world
 from freeseg.path import Path
 from freeseg.planners import plan, shortest_path
 from freeseg.reference import make_reference, tracking_error
@@ -46,6 +47,8 @@ __all__ = [
     "metrics",
     "plan",
     "plotting",
+    "random_query",
+    "random_world",
     "shortest_path",
     "simulate",
     "tracking_error",

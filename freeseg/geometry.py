@@ -172,12 +172,42 @@ def segment_segment_distance(a, b):
     return np.where((sides_of_a < 0) & (sides_of_b < 0), 0.0, apart)
 
 
+def touching_points(center, radius, segments):
+    """Points of segments where their distance from a circle can be smallest.
+
+    Parameters
+    ----------
+    center : array_like, shape (..., 2)
+        Centres (m).
+    radius : array_like, shape (...)
+        Radii (m), positive.
+    segments : array_like, shape (..., 2, 2)
+        Both ends of every segment (m).
+
+    Returns
+    -------
+    ndarray, shape (..., 5, 2)
+        Both ends, the foot of the centre, and the crossings (m). Seen from
+        the centre, every nearest point of the circle is in the direction of
+        one of them.
+    """
+    center, segments = np.asarray(center, float)[..., None, :], np.asarray(segments, float)
+    radius = np.asarray(radius, float)[..., None]
+    tail, along = segments[..., :1, :], segments[..., 1:, :] - segments[..., :1, :]
+    length_squared = np.maximum((along**2).sum(-1), TINY)
+    foot = ((center - tail) * along).sum(-1) / length_squared
+    from_center = ((tail + foot[..., None] * along - center) ** 2).sum(-1)
+    # Where the segment's line cuts the circle; at its foot where it does not.
+    half_chord = np.sqrt(np.maximum(radius**2 - from_center, 0) / length_squared)
+    share = np.concatenate([0 * foot, 0 * foot + 1, foot - half_chord, foot, foot + half_chord], -1)
+    return tail + np.clip(share, 0, 1)[..., None] * along
+
+
 def arc_segment_distance(center, radius, start_angle, sweep, segments):
     """Distance from arcs to segments, in closed form.
 
-    The nearest pair is an end of one and a point of the other, or lies on
-    the ray from the centre through its foot on the segment, or is a
-    crossing; the smallest of these distances is the answer.
+    The nearest pair is an end of the arc and a point of the segment, or it
+    is in the direction of one of the `touching_points`.
 
     Parameters
     ----------
@@ -195,22 +225,13 @@ def arc_segment_distance(center, radius, start_angle, sweep, segments):
     ndarray, shape (...)
         Distance (m).
     """
-    center, segments = np.asarray(center, float)[..., None, :], np.asarray(segments, float)
+    offset = touching_points(center, radius, segments) - np.asarray(center, float)[..., None, :]
     # A last axis over the candidate points of each pair of arc and segment.
+    center, segments = np.asarray(center, float)[..., None, :], np.asarray(segments, float)
     radius, start_angle, sweep = (
         np.asarray(value, float)[..., None] for value in (radius, start_angle, sweep)
     )
-    tail, along = segments[..., :1, :], segments[..., 1:, :] - segments[..., :1, :]
-    length_squared = np.maximum((along**2).sum(-1), TINY)
-    foot = ((center - tail) * along).sum(-1) / length_squared
-    from_center = ((tail + foot[..., None] * along - center) ** 2).sum(-1)
-    # Where the segment's line cuts the circle; at its foot where it does not.
-    half_chord = np.sqrt(np.maximum(radius**2 - from_center, 0) / length_squared)
-    share = np.concatenate([0 * foot, 0 * foot + 1, foot - half_chord, foot, foot + half_chord], -1)
-    on_segment = tail + np.clip(share, 0, 1)[..., None] * along
-
     ends = center + radius[..., None] * unit(start_angle + sweep * [0.0, 1.0])
-    offset = on_segment - center
     turned = np.mod(np.where(sweep < 0, -1, 1) * (angle_of(offset) - start_angle), 2 * np.pi)
     to_circle = np.abs(np.hypot(offset[..., 0], offset[..., 1]) - radius)
     beside = np.where(turned <= np.abs(sweep), to_circle, np.inf).min(-1)

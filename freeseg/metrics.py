@@ -10,6 +10,9 @@ from freeseg.world import check_world
 #: A run has settled once its position error stays below this (m).
 SETTLED = 0.01
 
+#: Kinds of steps that are no repair.
+FIRST = {"straight", "turning point", "shortest"}
+
 
 def planning(world, plan):
     """Numbers of a plan.
@@ -26,7 +29,7 @@ def planning(world, plan):
     dict
         ``length_m``, ``clearance_m`` (centre line to the nearest obstacle),
         ``turns``, ``safe_segments``, ``danger_segments`` and ``repairs``, the
-        steps after the first turning point.
+        steps that solved a danger problem of the path first planned.
     """
     check_world(world)
     safe = sum(segment.safe for segment in plan.segments)
@@ -36,7 +39,7 @@ def planning(world, plan):
         "turns": len(plan.turning_points),
         "safe_segments": safe,
         "danger_segments": len(plan.segments) - safe,
-        "repairs": max(len(plan.steps) - 2, 0),
+        "repairs": sum(step.kind not in FIRST for step in plan.steps),
     }
 
 

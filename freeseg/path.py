@@ -265,31 +265,72 @@ class Path:
             Distance (m); below or at zero where the obstacle is met.
         """
         check_world(world)
+        pairs = np.indices((len(self.pieces), len(world))).reshape(2, -1)
+        return self._distances(world, *pairs).reshape(len(self.pieces), len(world))
+
+    def near(self, world, reach):
+        """Pieces and obstacles that are nearer to each other than `reach`.
+
+        Parameters
+        ----------
+        world : World
+            n obstacles.
+        reach : float or ndarray, shape (n,)
+            Distance from each obstacle (m).
+
+        Returns
+        -------
+        piece, obstacle : ndarray of int, shape (k,)
+            Indices of each pair, by piece.
+        distance : ndarray, shape (k,)
+            Distance (m), as in `distances`.
+        """
+        check_world(world)
         if not len(world):
-            return np.empty((len(self.pieces), 0))
-        to_edges = np.empty((len(self.pieces), len(world.edges)))
-        is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
+            return np.empty(0, int), np.empty(0, int), np.empty(0)
+        reach = np.broadcast_to(reach, len(world))
+        # An arc is sought in the disc that it is part of.
+        shapes = shapely.linestrings([(piece.start, piece.end) for piece in self.pieces])
+        widths = np.zeros(len(self.pieces))
+        for number, piece in enumerate(self.pieces):
+            if isinstance(piece, Arc):
+                shapes[number], widths[number] = shapely.Point(piece.center), piece.radius
+        piece, obstacle = world.tree.query(
+            shapes, predicate="dwithin", distance=widths + (world.radii + reach).max()
+        )
+        distance = self._distances(world, piece, obstacle)
+        close = np.flatnonzero(distance < reach[obstacle])
+        close = close[np.lexsort([obstacle[close], piece[close]])]
+        return piece[close], obstacle[close], distance[close]
+
+    def _distances(self, world, piece, obstacle):
+        """Distance of pieces from obstacles, pair by pair, shape (k,)."""
+        if not len(piece):
+            return np.empty(0)
+        # All edges of the obstacle of every pair, one pair after the other.
+        counts = world.edge_counts[obstacle]
+        edges, row = world.edges[world.edges_of(obstacle)], np.repeat(piece, counts)
+        is_arc = np.array([isinstance(part, Arc) for part in self.pieces])[row]
+        distance = np.empty(len(row))
+        starts = np.array([part.start for part in self.pieces])
         if not is_arc.all():
-            lines = np.array(
-                [(piece.start, piece.end) for piece in self.pieces if isinstance(piece, Line)]
-            )
-            to_edges[~is_arc] = segment_segment_distance(lines[:, None], world.edges)
+            lines = np.stack([starts, [part.end for part in self.pieces]], axis=1)
+            distance[~is_arc] = segment_segment_distance(lines[row[~is_arc]], edges[~is_arc])
         if is_arc.any():
             arcs = np.array(
                 [
-                    (*piece.center, piece.radius, piece.start_angle, piece.sweep)
-                    for piece in self.pieces
-                    if isinstance(piece, Arc)
+                    (*part.center, part.radius, part.start_angle, part.sweep)
+                    if isinstance(part, Arc)
+                    else (0,) * 5
+                    for part in self.pieces
                 ]
-            )[:, None]
-            to_edges[is_arc] = arc_segment_distance(
-                arcs[..., :2], *np.moveaxis(arcs[..., 2:], -1, 0), world.edges
-            )
-        distances = world.per_obstacle(to_edges)
+            )[row[is_arc]]
+            distance[is_arc] = arc_segment_distance(arcs[:, :2], *arcs.T[2:], edges[is_arc])
+        distance = np.minimum.reduceat(distance, np.cumsum(counts) - counts) - world.radii[obstacle]
         # Inside a polygon, the outline is away but the obstacle is not.
-        x, y = np.array([piece.start for piece in self.pieces]).T
-        distances[shapely.contains_xy(world.cores, x[:, None], y[:, None])] = 0
-        return distances
+        x, y = starts[piece].T
+        distance[shapely.contains_xy(world.cores[obstacle], x, y)] = 0
+        return distance
 
     def clearance(self, world):
         """Distance of the centre line from the nearest obstacle.
@@ -304,7 +345,12 @@ class Path:
         float
             Distance (m); infinite where there is no obstacle.
         """
-        return float(self.distances(world).min(initial=np.inf))
+        check_world(world)
+        if not len(world):
+            return np.inf
+        # Nothing that is farther from the whole path than from its start can be the nearest.
+        bound = world.distances(shapely.Point(self.start)).min()
+        return float(self.near(world, max(bound, 0) + GRAZING)[2].min())
 
     def save(self, file):
         """Write the path to a JSON file, to be read with `Path.load`.

@@ -82,14 +82,12 @@ class Disc:
         return shapely.Point(self.center)
 
     @property
-    def edges(self):
-        """The core's outline as segments, shape (1, 2, 2): one of length zero."""
-        return np.stack([self.center, self.center])[None]
-
-    @property
-    def corners(self):
-        """Centres that the robot can turn round, shape (1, 2)."""
+    def vertices(self):
+        """The core's corners, shape (1, 2): the centre."""
         return self.center[None]
+
+    #: Centres that the robot can turn round, shape (1, 2).
+    corners = vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,11 +135,6 @@ class Polygon:
     def core(self):
         """The shapely geometry that, grown by `radius`, is the obstacle."""
         return shapely.Polygon(self.vertices)
-
-    @property
-    def edges(self):
-        """The outline as segments, shape (n, 2, 2)."""
-        return np.stack([self.vertices, np.roll(self.vertices, -1, 0)], axis=1)
 
     @property
     def corners(self):
@@ -214,17 +207,39 @@ class World:
         return np.array([obstacle.radius for obstacle in self.obstacles], dtype=float)
 
     @cached_property
+    def tree(self):
+        """Shapely's search tree over the cores."""
+        return shapely.STRtree(self.cores)
+
+    @cached_property
     def edges(self):
-        """All cores' outlines as segments (m), shape (m, 2, 2), by obstacle."""
-        return np.concatenate(
-            [obstacle.edges for obstacle in self.obstacles] or [np.empty((0, 2, 2))]
-        )
+        """All cores' outlines as segments (m), shape (m, 2, 2), by obstacle.
+
+        A disc's has length zero.
+        """
+        if not len(self):
+            return np.empty((0, 2, 2))
+        tails = np.concatenate([obstacle.vertices for obstacle in self.obstacles])
+        following = np.arange(1, len(tails) + 1)
+        following[np.r_[self.first_edge[1:], len(tails)] - 1] = self.first_edge
+        return np.stack([tails, tails[following]], axis=1)
 
     @cached_property
     def first_edge(self):
         """Index in `edges` of each obstacle's first segment, shape (n,)."""
-        counts = [len(obstacle.edges) for obstacle in self.obstacles]
+        counts = [len(obstacle.vertices) for obstacle in self.obstacles]
         return np.cumsum([0, *counts[:-1]]) if counts else np.empty(0, int)
+
+    @cached_property
+    def edge_counts(self):
+        """Number of segments of each obstacle, shape (n,)."""
+        return np.diff(np.r_[self.first_edge, len(self.edges)])
+
+    def edges_of(self, obstacles):
+        """Indices in `edges` of the segments of obstacles, one obstacle after the other."""
+        counts = self.edge_counts[obstacles]
+        before = np.cumsum(counts) - counts
+        return np.arange(counts.sum()) + np.repeat(self.first_edge[obstacles] - before, counts)
 
     @cached_property
     def corners(self):
@@ -249,9 +264,8 @@ class World:
         """
         if len(self) < 2:
             return np.empty(0, int), np.empty(0, int)
-        tree = shapely.STRtree(self.cores)
         reach = self.radii + self.radii.max() + gap
-        first, second = tree.query(self.cores, predicate="dwithin", distance=reach)
+        first, second = self.tree.query(self.cores, predicate="dwithin", distance=reach)
         once = first < second
         first, second = first[once], second[once]
         apart = shapely.distance(self.cores[first], self.cores[second])
@@ -272,6 +286,33 @@ class World:
             Distance from every obstacle's boundary (m), n at least 1.
         """
         return np.minimum.reduceat(edge_distances, self.first_edge, axis=-1) - self.radii
+
+    def near(self, geometries, reach):
+        """Obstacles near to geometries, and how near.
+
+        Parameters
+        ----------
+        geometries : ndarray of shapely geometry, shape (k,)
+            Any, in metres.
+        reach : float or ndarray, shape (k,)
+            Largest distance (m).
+
+        Returns
+        -------
+        which, obstacle : ndarray of int, shape (m,)
+            Geometry and obstacle of every pair at most `reach` apart.
+        distance : ndarray, shape (m,)
+            Distance (m); at or below zero where they meet.
+        """
+        if not len(self):
+            return np.empty(0, int), np.empty(0, int), np.empty(0)
+        reach = np.broadcast_to(reach, np.shape(geometries))
+        which, obstacle = self.tree.query(
+            geometries, predicate="dwithin", distance=reach + self.radii.max()
+        )
+        distance = shapely.distance(self.cores[obstacle], geometries[which]) - self.radii[obstacle]
+        close = distance <= reach[which]
+        return which[close], obstacle[close], distance[close]
 
     def distances(self, geometry):
         """Distance from every obstacle to geometries.

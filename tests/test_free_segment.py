@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 import freeseg as fs
 from freeseg.path import Line, taut_path
 from freeseg.planners.query import turning_radius
-from freeseg.planners.tangent_graph import shortest_circles
+from freeseg.planners.tangent_graph import TangentGraph
 from freeseg.segments import MARGIN
 
 CASES = sorted(fs.load_cases())
@@ -48,10 +48,10 @@ def optima(cases, tables, robot):
 def shortest_length(world, start, goal, reach):
     """Length of the path through the tangent graph of all obstacles; infinite if none."""
     corners = [len(corners) for corners in world.corners]
-    edges = [len(obstacle.edges) for obstacle in world.obstacles]
     centers, radii = np.concatenate(world.corners), np.repeat(world.radii + reach, corners)
-    blockers = world.edges, np.repeat(world.radii + reach, edges)
-    way = shortest_circles(start, goal, (centers, radii), blockers)
+    graph = TangentGraph(start, goal)
+    graph.add(centers, radii, world.edges, np.repeat(world.radii + reach, world.edge_counts))
+    way = graph.shortest()
     if way is None:
         return np.inf
     circles = [(centers[index], sense * radii[index]) for index, sense in way]

@@ -4,7 +4,7 @@ import pytest
 
 import freeseg as fs
 from freeseg.planners.query import ask
-from freeseg.planners.shortest import go_round
+from freeseg.planners.shortest import ShortestWay
 from freeseg.segments import MARGIN
 
 
@@ -12,7 +12,7 @@ def optimum_round_all(world, start, goal, robot):
     """Length of the shortest way round all obstacles at once; infinite where there is none."""
     query = ask(world, start, goal, robot, MARGIN)
     try:
-        return query.connect(go_round(query, range(len(world))))[0].length
+        return query.connect(ShortestWay(query).go_round(range(len(world))))[0].length
     except fs.NoPath:
         return np.inf
 

@@ -14,7 +14,7 @@ from freeseg.errors import Trapped
 from freeseg.geometry import angle_of, arc_segment_distance, arc_sweep, tangents, unit
 from freeseg.path import GRAZING, Arc, Line
 from freeseg.planners.query import ROUND_OFF, Candidate, Plan, Step, TurningPoint, ask
-from freeseg.planners.shortest import go_round
+from freeseg.planners.shortest import ShortestWay
 from freeseg.segments import MARGIN, find_endpoints, free_segments, group_labels
 
 
@@ -110,6 +110,7 @@ class _Search:
             query.world, query.robot, query.margin
         )
         self.turns, self.group, self.seen, self.steps = [], set(), {()}, []
+        self.way = ShortestWay(query)
         self.path, self.passed = query.connect([])
         self.record("straight")
 
@@ -272,7 +273,7 @@ class _Search:
                 f"round-off at obstacle {blocking + 1}; please report this world", self.steps
             )
         self.group = grown
-        self.turns = go_round(self.query, sorted(grown))
+        self.turns = self.way.go_round(grown)
         self.path, self.passed = self.query.connect(self.turns)
         details = {"blocking": blocking, "leg": leg, "candidates": candidates}
         self.record("local minimum", group=tuple(sorted(grown)), **details)

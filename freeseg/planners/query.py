@@ -11,6 +11,9 @@ from freeseg.robot import KheperaIV, as_robot, check_positive
 from freeseg.segments import Endpoint
 from freeseg.world import World, as_position, check_world
 
+#: So many samples of a path are checked together.
+STRETCH = 100
+
 #: Closed forms and geometric predicates agree to this (m).
 ROUND_OFF = 1e-9
 
@@ -185,12 +188,18 @@ class Query:
         Trapped
             Where the path comes closer than R_r to an obstacle.
         """
-        distances = self.world.distances(shapely.multipoints(path.sample(0.001)))
-        if (distances < self.robot.radius - ROUND_OFF).any():
+        points = path.sample(0.001)
+        # Short stretches: the search tree then compares each with the few obstacles beside it.
+        stretches = shapely.multipoints(
+            shapely.points(points), indices=np.arange(len(points)) // STRETCH
+        )
+        _, met, distances = self.world.near(stretches, self.robot.radius - ROUND_OFF)
+        if len(met):
             nearest = int(np.argmin(distances))
             raise Trapped(
-                f"the path comes within {distances[nearest]:.6f} m of obstacle {nearest + 1}, "
-                f"the robot's radius is {self.robot.radius:.6f} m; please report this world",
+                f"the path comes within {distances[nearest]:.6f} m of obstacle "
+                f"{met[nearest] + 1}, the robot's radius is {self.robot.radius:.6f} m; please "
+                "report this world",
                 steps,
             )
 

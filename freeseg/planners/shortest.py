@@ -4,52 +4,74 @@ import numpy as np
 
 from freeseg.errors import NoPath
 from freeseg.planners.query import ROUND_OFF, Plan, Step, TurningPoint, ask
-from freeseg.planners.tangent_graph import shortest_circles
-from freeseg.segments import MARGIN, free_segments
+from freeseg.planners.tangent_graph import TangentGraph
+from freeseg.segments import MARGIN
 
 
-def go_round(query, members):
-    """Turns of the shortest way round some of the obstacles.
+class ShortestWay:
+    """Shortest way round some obstacles, of which there may come more.
 
     Parameters
     ----------
     query : Query
         Start, goal and dangerous circles.
-    members : sequence of int
-        Indices of the obstacles to go round; the others are ignored.
-
-    Returns
-    -------
-    list of TurningPoint
-        In driving order.
-
-    Raises
-    ------
-    NoPath
-        Where these obstacles alone leave no way.
     """
-    corners = [query.world.corners[index] for index in members]
-    edges = [query.world.obstacles[index].edges for index in members]
-    owner = np.repeat(members, [len(part) for part in corners]).astype(int)
-    walls = np.repeat(members, [len(part) for part in edges]).astype(int)
-    centers, radii = np.concatenate(corners), query.turning_radii[owner]
-    way = shortest_circles(
-        query.start,
-        query.goal,
-        (centers, radii),
-        (np.concatenate(edges), query.turning_radii[walls]),
-    )
-    if way is None:
-        raise NoPath(
-            f"obstacles {[int(index) + 1 for index in members]} leave no way from "
-            f"{query.start.tolist()} to {query.goal.tolist()} for a robot of "
-            f"{query.robot.diameter:g} m with a margin of {query.margin:g} m; move the start or "
-            "the goal, or plan for a smaller robot or margin"
+
+    def __init__(self, query):
+        self.query, self.graph = query, TangentGraph(query.start, query.goal)
+        self.members, self.owner = set(), np.empty(0, int)
+
+    def go_round(self, obstacles):
+        """Turns of the shortest way round these obstacles and all before.
+
+        Parameters
+        ----------
+        obstacles : iterable of int
+            Indices; those never named are ignored.
+
+        Returns
+        -------
+        list of TurningPoint
+            In driving order.
+
+        Raises
+        ------
+        NoPath
+            Where these obstacles alone leave no way.
+        """
+        query, world = self.query, self.query.world
+        new = np.array(sorted(set(obstacles) - self.members), int)
+        self.members.update(new.tolist())
+        corners = [world.corners[index] for index in new]
+        owner = np.repeat(new, [len(part) for part in corners])
+        self.owner = np.concatenate([self.owner, owner])
+        self.graph.add(
+            np.concatenate(corners),
+            query.turning_radii[owner],
+            world.edges[world.edges_of(new)],
+            query.turning_radii[np.repeat(new, world.edge_counts[new])],
         )
-    return [
-        TurningPoint(None, int(owner[index]), centers[index], float(radii[index]), sense)
-        for index, sense in way
-    ]
+        way = self.graph.shortest()
+        if way is None:
+            raise NoPath(
+                f"{_name(self.members)} leave no way from {query.start.tolist()} to "
+                f"{query.goal.tolist()} for a robot of {query.robot.diameter:g} m with a margin "
+                f"of {query.margin:g} m; move the start or the goal, or plan for a smaller robot "
+                "or margin"
+            )
+        turns = []
+        for circle, sense in way:
+            center, radius = self.graph.centers[circle + 2], self.graph.radii[circle + 2]
+            turns.append(TurningPoint(None, int(self.owner[circle]), center, float(radius), sense))
+        return turns
+
+
+def _name(obstacles):
+    """Obstacles in words, numbered from 1; of many, the first few."""
+    numbers = [index + 1 for index in sorted(obstacles)]
+    if len(numbers) <= 12:
+        return f"obstacles {numbers}"
+    return f"{len(numbers)} obstacles ({numbers[:3]} and more)"
 
 
 def shortest_path(world, start, goal, robot=None, margin=MARGIN):
@@ -94,19 +116,14 @@ def shortest_path(world, start, goal, robot=None, margin=MARGIN):
     1.1287
     """
     query = ask(world, start, goal, robot, margin)
-    reach = query.turning_radii - world.radii
-    turns, met, steps = [], set(), []
+    reach = query.turning_radii - world.radii - ROUND_OFF
+    way = ShortestWay(query)
+    turns, steps = [], []
     path, _ = query.connect(turns)
     steps.append(Step("straight", path))
-    while True:
-        too_close = (path.distances(world) < reach - ROUND_OFF).any(0)
-        new = set(np.flatnonzero(too_close).tolist()) - met
-        if not new:
-            break
-        met |= new
-        turns = go_round(query, sorted(met))
+    while new := set(path.near(world, reach)[1].tolist()) - way.members:
+        turns = way.go_round(new)
         path, _ = query.connect(turns)
-        steps.append(Step("shortest", path, group=tuple(sorted(met))))
+        steps.append(Step("shortest", path, group=tuple(sorted(way.members))))
     query.verify(path, steps)
-    segments = free_segments(world, query.robot, query.margin)
-    return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
+    return Plan(path, (), tuple(turns), tuple(steps), query.robot, query.margin)

@@ -1,0 +1,137 @@
+"""Random worlds and queries, the same for the same seed."""
+
+import numpy as np
+import shapely
+
+from freeseg.errors import InvalidParameter, InvalidWorld
+from freeseg.geometry import unit
+from freeseg.planners.query import turning_radius
+from freeseg.robot import as_robot, check_positive
+from freeseg.segments import MARGIN
+from freeseg.world import Disc, Polygon, World, check_world
+
+#: Radii (m) of random discs, and of the circles in which random polygons lie.
+SIZES = (0.015, 0.06)
+
+#: Square metres per random obstacle; the paper's maps have 0.13.
+SPACIOUS = 0.1
+
+
+def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
+    """Obstacles scattered over a square, none of which meets another.
+
+    Parameters
+    ----------
+    n : int
+        Number of obstacles.
+    seed : int
+        Equal seeds give equal worlds.
+    shapes : sequence of str, optional
+        ``"disc"``, ``"polygon"`` or both, which then are equally likely. A
+        polygon has three to seven corners and is seldom convex.
+    area : float, optional
+        Area of the square per obstacle (m^2); the smaller, the more crowded.
+
+    Returns
+    -------
+    World
+        On the square from (0, 0) to (side, side), side = sqrt(n area).
+
+    Raises
+    ------
+    InvalidParameter
+        For a number that is not a whole one from 0 on, a shape that is not
+        known, or an area that is not positive.
+    InvalidWorld
+        Where the square is too crowded for n obstacles.
+
+    Examples
+    --------
+    >>> len(random_world(5, seed=1, shapes=("disc", "polygon")))
+    5
+    """
+    if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 0:
+        raise InvalidParameter(f"n is {n!r}; give a whole number of obstacles from 0 on")
+    if not shapes or isinstance(shapes, str) or not set(shapes) <= {"disc", "polygon"}:
+        raise InvalidParameter(f"shapes is {shapes!r}; give a list of 'disc' and 'polygon'")
+    # Imported here: it takes long, and only this function needs it.
+    from scipy.spatial import KDTree
+
+    side = np.sqrt(n * check_positive("area", area))
+    rng = np.random.default_rng(seed)
+    centers, radii = np.empty((0, 2)), np.empty(0)
+    for _ in range(100):
+        missing = n - len(radii)
+        if not missing:
+            break
+        centers = np.concatenate([centers, rng.uniform(0, side, (missing, 2))])
+        radii = np.concatenate([radii, rng.uniform(*SIZES, missing)])
+        pairs = KDTree(centers).query_pairs(2 * SIZES[1], output_type="ndarray")
+        first, second = pairs.min(1), pairs.max(1)
+        apart = np.hypot(*(centers[first] - centers[second]).T)
+        # Of two that meet, the later one goes.
+        keep = np.ones(len(radii), bool)
+        keep[second[apart <= radii[first] + radii[second]]] = False
+        centers, radii = centers[keep], radii[keep]
+    else:
+        raise InvalidWorld(
+            f"{n} obstacles do not fit on {side:.3g} m x {side:.3g} m; give a larger area"
+        )
+    kinds = rng.choice(list(shapes), n)
+    return World(
+        [
+            Disc(center, radius) if kind == "disc" else _star(center, radius, rng)
+            for center, radius, kind in zip(centers, radii, kinds, strict=True)
+        ]
+    )
+
+
+def _star(center, radius, rng):
+    """A polygon inside a circle: one corner in each of equal sectors."""
+    corners = int(rng.integers(3, 8))
+    angles = 2 * np.pi * (np.arange(corners) + rng.uniform(0, 0.9, corners)) / corners
+    return Polygon(center + radius * rng.uniform(0.4, 1, (corners, 1)) * unit(angles))
+
+
+def random_query(world, seed, robot=None, margin=MARGIN):
+    """A start and a goal where the robot stands free with its margin.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    seed : int
+        Equal seeds give equal queries.
+    robot : KheperaIV, optional
+        Robot.
+    margin : float, optional
+        Security margin delta (m).
+
+    Returns
+    -------
+    start, goal : ndarray, shape (2,)
+        Positions (m), uniform over the free part of the obstacles' bounding
+        box widened by the robot's diameter.
+
+    Raises
+    ------
+    InvalidWorld
+        Where there is hardly any free position.
+    """
+    check_world(world)
+    robot = as_robot(robot)
+    rng = np.random.default_rng(seed)
+    low, high = np.zeros(2), np.zeros(2)
+    if len(world):
+        low, high = world.edges.min((0, 1)), world.edges.max((0, 1))
+    reach = turning_radius(robot, check_positive("margin", margin))
+    free = np.empty((0, 2))
+    for _ in range(100):
+        points = rng.uniform(low - robot.diameter, high + robot.diameter, (16, 2))
+        near = shapely.points(points)
+        free = np.concatenate(
+            [free, points[world.distances(near[:, None]).min(1, initial=np.inf) > reach]]
+        )
+        if len(free) > 1:
+            return free[0], free[1]
+    raise InvalidWorld("100 times 16 random positions left no two free; give a less crowded world")
