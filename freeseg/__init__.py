@@ -17,7 +17,7 @@ from freeseg.errors import (
 )
 from freeseg.generate import random_query, random_world
 from freeseg.path import Path
-from freeseg.planners import plan, shortest_path
+from freeseg.planners import literal_plan, plan, shortest_path
 from freeseg.reference import make_reference, tracking_error
 from freeseg.robot import KheperaIV
 from freeseg.segments import free_segments
@@ -41,6 +41,7 @@ __all__ = [
     "Trapped",
     "World",
     "free_segments",
+    "literal_plan",
     "load_cases",
     "load_table",
     "make_reference",

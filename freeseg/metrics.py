@@ -11,7 +11,7 @@ from freeseg.world import check_world
 SETTLED = 0.01
 
 #: Kinds of steps that are no repair.
-FIRST = {"straight", "turning point", "shortest"}
+FIRST = {"straight", "turning point", "rooms", "shortest"}
 
 
 def planning(world, plan):

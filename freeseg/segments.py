@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from freeseg.errors import InvalidParameter
 from freeseg.geometry import angle_of, unit
 from freeseg.robot import as_robot, check_positive
+from freeseg.triangulation import triangulate
 from freeseg.world import Disc, check_world
 
 #: Security margin delta (m). Not published: an assumption.
@@ -43,28 +45,32 @@ class FreeSegment:
         return self.length >= self.required
 
 
-def free_segments(world, robot=None, margin=MARGIN):
-    """Free segments between consecutive obstacles, equations (2) to (4).
+def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
+    """Free segments between neighbouring obstacles, equations (2) to (4).
 
     Parameters
     ----------
     world : World
-        n obstacles in the paper's order.
+        n obstacles; for ``neighbours="chain"`` in the paper's order.
     robot : KheperaIV, optional
         Robot; its diameter is D_r.
     margin : float, optional
         Security margin delta (m); 5 mm is an assumption, the paper gives
         none.
+    neighbours : {"chain", "delaunay"}, optional
+        Which obstacles are joined: consecutive ones, as published, or those
+        that are neighbours in the world's triangulation, see `triangulate`.
 
     Returns
     -------
     tuple of FreeSegment
-        n - 1 segments, safe and danger ones.
+        Safe and danger ones; of a chain n - 1.
 
     Raises
     ------
     InvalidQuery, InvalidParameter
-        For a world or a robot that is none, or a margin that is not positive.
+        For a world or a robot that is none, a margin that is not positive,
+        or neighbours that are not known.
 
     Examples
     --------
@@ -74,13 +80,21 @@ def free_segments(world, robot=None, margin=MARGIN):
     """
     check_world(world)
     required = as_robot(robot).diameter + check_positive("margin", margin)
-    nearest = shapely.get_coordinates(shapely.shortest_line(world.cores[:-1], world.cores[1:]))
-    nearest = nearest.reshape(-1, 2, 2)
+    if neighbours == "chain":
+        first = np.arange(len(world) - 1)
+        second = first + 1
+    elif neighbours == "delaunay":
+        first, second = triangulate(world).neighbours.T
+    else:
+        raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
+    nearest = shapely.shortest_line(world.cores[first], world.cores[second])
+    nearest = shapely.get_coordinates(nearest).reshape(-1, 2, 2)
     across = unit(angle_of(nearest[:, 1] - nearest[:, 0]))
-    nearest[:, 0] += world.radii[:-1, None] * across
-    nearest[:, 1] -= world.radii[1:, None] * across
+    nearest[:, 0] += world.radii[first, None] * across
+    nearest[:, 1] -= world.radii[second, None] * across
+    pairs = zip(first.tolist(), second.tolist(), strict=True)
     return tuple(
-        FreeSegment((number, number + 1), ends, required) for number, ends in enumerate(nearest)
+        FreeSegment(pair, ends, required) for pair, ends in zip(pairs, nearest, strict=True)
     )
 
 

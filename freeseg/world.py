@@ -21,6 +21,9 @@ MAP_MM = ((0, 900), (-100, 900))
 #: Largest coordinate (m): beyond it, round-off would be as large as what is decided by.
 FARTHEST = 1e4
 
+#: Obstacles nearer than this touch (m): less is round-off.
+TOUCHING = 1e-9
+
 
 def _points(values, what, shape, error):
     """Finite float array of the given shape (None: any number), or the error."""
@@ -184,7 +187,7 @@ class World:
             if not isinstance(obstacle, (Disc, Polygon)):
                 raise InvalidWorld(f"obstacle {number} is {obstacle!r}; give a Disc or a Polygon")
         object.__setattr__(self, "obstacles", obstacles)
-        first, second = self.close_pairs(0.0)
+        first, second = self.close_pairs(TOUCHING)
         if len(first):
             i, j = int(first[0]), int(second[0])
             at = [self.corners[index].mean(0).tolist() for index in (i, j)]

@@ -28,3 +28,11 @@ def test_notebooks(tmp_path, capsys):
     nbformat.write(new_notebook(cells=[new_code_cell("1 + 1")]), file)
     load("notebooks").main([file])
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["tiny", "all"]
+
+
+def test_peers(capsys):
+    # Without the peers installed, freeseg's own rows.
+    load("peers").main(["--quick"])
+    printed = capsys.readouterr().out
+    assert "freeseg plan" in printed
+    assert "freeseg shortest_path" in printed

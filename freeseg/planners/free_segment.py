@@ -10,21 +10,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from freeseg.errors import Trapped
+from freeseg.errors import InvalidParameter, Trapped
 from freeseg.geometry import angle_of, arc_segment_distance, arc_sweep, tangents, unit
 from freeseg.path import GRAZING, Arc, Line
 from freeseg.planners.query import ROUND_OFF, Candidate, Plan, Step, TurningPoint, ask
-from freeseg.planners.shortest import ShortestWay
+from freeseg.planners.rooms import search_rooms
+from freeseg.planners.shortest import ShortestWay, shortest_path
 from freeseg.segments import MARGIN, find_endpoints, free_segments, group_labels
 
 
-def plan(world, start, goal, robot=None, margin=MARGIN):
+def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", complete=True):
     """Plan a path with free segments and turning points (Fig. 3).
 
     Parameters
     ----------
     world : World
-        Obstacles, in the paper's order: consecutive ones are neighbours.
+        Obstacles; for ``neighbours="chain"`` in the paper's order.
     start, goal : array_like, shape (2,)
         Positions p_i and p_g (m).
     robot : KheperaIV, optional
@@ -33,6 +34,14 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
         Security margin delta (m); 5 mm is an assumption. Where the start or
         the goal is closer to an obstacle than R_D, the circles round that
         obstacle shrink to the distance there.
+    neighbours : {"chain", "delaunay"}, optional
+        Which obstacles free segments join: consecutive ones, as published;
+        or neighbours in a triangulation, which suits any world, also a large
+        one.
+    complete : bool, optional
+        Whether `shortest_path` decides where the search through a
+        triangulation fails. By default it does, for who asks for a path
+        wants it wherever there is one; say no to study the search itself.
 
     Returns
     -------
@@ -45,9 +54,11 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
         For a start or goal that is not two finite numbers, is closer than
         R_r to an obstacle, or if both are the same point.
     InvalidParameter
-        For a margin that is not positive.
+        For a margin that is not positive, or neighbours that are not known.
     NoPath
-        Where no path keeps the margin.
+        Where no path keeps the margin: this is a proof.
+    Trapped
+        Where the search fails and is not to be completed; with its trace.
 
     Notes
     -----
@@ -58,9 +69,13 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
     obstacle are danger, where it has no usable endpoint, or where the rules
     go round in circles, it and the obstacles within D_r + delta of each other
     form a group, and the path starts again with the shortest way round all
-    groups met so far. Groups only grow, and
-    round all obstacles that way is exact, so the search ends: with a path,
-    or with the proof that there is none.
+    groups met so far. Groups only grow, and round all obstacles that way is
+    exact, so the search ends: with a path, or with the proof that there is
+    none. `literal_plan` does without all this.
+
+    With a triangulation, the shortest way from room to room through safe
+    segments comes first, see `search_rooms`; what prepares a world for that
+    is remembered, so that further queries of the same world are faster.
 
     Examples
     --------
@@ -70,18 +85,29 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
     [(1, -1), (2, 1)]
     """
     query = ask(world, start, goal, robot, margin)
-    search = _Search(query)
-    while (danger := search.danger()) is not None:
+    searches = {"chain": _search_chain, "delaunay": search_rooms}
+    if neighbours not in searches:
+        raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
+    steps = [Step("straight", query.connect([])[0])]
+    try:
+        turns, segments = searches[neighbours](query, steps)
+        path = steps[-1].path
+        query.verify(path, steps)
+    except Trapped:
+        if not complete:
+            raise
+        best = shortest_path(world, start, goal, robot, margin)
+        path, turns, segments = best.path, best.turning_points, ()
+        steps += best.steps[1:]
+    return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
+
+
+def _search_chain(query, steps):
+    """Turns of the paper's search, and all free segments; `steps` grows."""
+    search = _Search(query, steps)
+    while (danger := query.danger(search.path)) is not None:
         search.solve(*danger)
-    query.verify(search.path, search.steps)
-    return Plan(
-        search.path,
-        search.segments,
-        tuple(search.turns),
-        tuple(search.steps),
-        query.robot,
-        query.margin,
-    )
+    return search.turns, search.segments
 
 
 @lru_cache(maxsize=16)
@@ -104,32 +130,18 @@ def _prepare(world, robot, margin):
 class _Search:
     """State of one planning run; its methods are the boxes of Fig. 3."""
 
-    def __init__(self, query):
+    def __init__(self, query, steps):
         self.query, self.world, self.robot = query, query.world, query.robot
         self.segments, self.endpoints, self.dead_ends = _prepare(
             query.world, query.robot, query.margin
         )
-        self.turns, self.group, self.seen, self.steps = [], set(), {()}, []
+        self.turns, self.group, self.seen, self.steps = [], set(), {()}, steps
         self.way = ShortestWay(query)
         self.path, self.passed = query.connect([])
-        self.record("straight")
 
     def record(self, kind, **details):
         """Append a step to the trace."""
         self.steps.append(Step(kind, self.path, **details))
-
-    def danger(self):
-        """The first danger problem: (piece, obstacle, distance), or None."""
-        distances = self.path.distances(self.world)
-        too_close = distances < self.robot.radius - ROUND_OFF
-        if not too_close.any():
-            return None
-        number = int(np.argmax(too_close.any(1)))
-        piece, met = self.path.pieces[number], np.flatnonzero(too_close[number])
-        heading = np.subtract(piece.end, piece.start)
-        along = [(self.world.corners[index].mean(0) - piece.start) @ heading for index in met]
-        blocking = int(met[np.argmin(along)])
-        return number, blocking, distances[number, blocking]
 
     def solve(self, number, blocking, distance):
         """Solve a danger problem: one more turning point, or a local minimum."""

@@ -25,8 +25,8 @@ class TurningPoint:
     Parameters
     ----------
     endpoint : Endpoint or None
-        Where the path turns; None on the way round a group, which has no
-        usable endpoint.
+        Where the path turns; None where no endpoint was searched: round a
+        group, and on the shortest path.
     obstacle : int
         Index of the obstacle that is turned round.
     center : ndarray, shape (2,)
@@ -79,8 +79,8 @@ class Step:
     ----------
     kind : str
         ``"straight"``, ``"turning point"``, ``"case 1"``, ``"case 2"``,
-        ``"needless turn"`` or ``"local minimum"``; ``"shortest"`` for
-        `shortest_path`.
+        ``"needless turn"`` or ``"local minimum"``; ``"rooms"`` for the way
+        from room to room; ``"shortest"`` for `shortest_path`.
     path : Path
         The path as planned after this step; it may still be in danger.
     blocking : int or None
@@ -116,7 +116,8 @@ class Plan:
     path : Path
         From start to goal, nowhere closer than R_r to an obstacle.
     segments : tuple of FreeSegment
-        Safe and danger ones.
+        Safe and danger ones; of a triangulation, those that the path was
+        led through; none of `shortest_path`, which needs none.
     turning_points : tuple of TurningPoint
         In driving order.
     steps : tuple of Step
@@ -179,6 +180,25 @@ class Query:
         return taut_path(
             self.start, [(turn.center, turn.sense * turn.radius) for turn in turns], self.goal
         )
+
+    def danger(self, path):
+        """The first danger problem of a path (section 3.3.1).
+
+        Returns
+        -------
+        (int, int, float) or None
+            Piece, obstacle, and their distance (m), below R_r; None where
+            the path is free.
+        """
+        pieces, obstacles, distances = path.near(self.world, self.robot.radius - ROUND_OFF)
+        if not len(pieces):
+            return None
+        first = np.flatnonzero(pieces == pieces[0])
+        piece = path.pieces[pieces[0]]
+        heading = np.subtract(piece.end, piece.start)
+        middles = [self.world.corners[index].mean(0) for index in obstacles[first]]
+        met = first[np.argmin((np.array(middles) - piece.start) @ heading)]
+        return int(pieces[met]), int(obstacles[met]), float(distances[met])
 
     def verify(self, path, steps):
         """Check a path by other means: Shapely, on samples 1 mm apart.

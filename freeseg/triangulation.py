@@ -1,0 +1,111 @@
+"""Triangulation of a world: which obstacles are neighbours, and the rooms between them."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from freeseg.geometry import cross, unit
+
+#: Polygon edges are divided so that no part is longer (m): the triangulation then follows them.
+PART = 0.1
+
+#: How many points far outside stand round the world, so that there are rooms all round it.
+RING = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Triangulation:
+    """Triangles between the obstacles of a world.
+
+    Parameters
+    ----------
+    points : ndarray, shape (s, 2)
+        Sites (m): a disc's centre, a polygon's corners and points of its
+        edges, and a ring of points far outside.
+    radii : ndarray, shape (s,)
+        Radii of the sites (m): a disc's own, or zero.
+    obstacle : ndarray of int, shape (s,)
+        Obstacle that each site belongs to; -1 for the ring.
+    triangles : ndarray of int, shape (t, 3)
+        Sites of every triangle, counter-clockwise.
+    edges : ndarray of int, shape (e, 2)
+        Sites of every edge, each once.
+    edges_of : ndarray of int, shape (t, 3)
+        Edges of every triangle; edge k joins its sites k and k + 1.
+    rooms_of : ndarray of int, shape (e, 2)
+        Triangles on both sides of every edge; the same one twice outside.
+    """
+
+    points: np.ndarray
+    radii: np.ndarray
+    obstacle: np.ndarray
+    triangles: np.ndarray
+    edges: np.ndarray
+    edges_of: np.ndarray
+    rooms_of: np.ndarray
+
+    @property
+    def neighbours(self):
+        """Pairs of neighbouring obstacles, first < second, shape (k, 2)."""
+        pairs = np.sort(self.obstacle[self.edges], axis=1)
+        return np.unique(pairs[(pairs[:, 0] >= 0) & (pairs[:, 0] < pairs[:, 1])], axis=0)
+
+    def find(self, point):
+        """Index of the triangle that a point (m) lies in; None outside the ring."""
+        corners = self.points[self.triangles]
+        inside = cross(np.roll(corners, -1, 1) - corners, point - corners).min(1) >= 0
+        return int(np.argmax(inside)) if inside.any() else None
+
+
+@lru_cache(maxsize=4)
+def triangulate(world):
+    """Power triangulation of a world's obstacles.
+
+    The Delaunay triangulation weighted with the squared radii: its edges part
+    unequal discs, and a disc that meets no other is never left out. It is the
+    lower hull of the sites lifted to x^2 + y^2 - r^2 (F. Aurenhammer, "Power
+    diagrams", *SIAM J. Comput.* 16, 1987). A world is triangulated once and
+    remembered.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+
+    Returns
+    -------
+    Triangulation
+    """
+    # Imported here: it takes long, and only large worlds need it.
+    from scipy.spatial import ConvexHull
+
+    length = np.hypot(*(world.edges[:, 1] - world.edges[:, 0]).T)
+    parts = np.maximum(np.ceil(length / PART), 1).astype(int)
+    edge = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[edge]
+    points = world.edges[edge, 0] + share[:, None] * (world.edges[edge, 1] - world.edges[edge, 0])
+    obstacle = np.repeat(np.arange(len(world)), world.edge_counts)[edge]
+    middle = (points.min(0) + points.max(0)) / 2
+    extent = np.ptp(points, axis=0).max() + 1
+    ring = middle + 4 * extent * unit(2 * np.pi * (np.arange(RING) + 0.3) / RING)
+    radii = np.concatenate([world.radii[obstacle], np.zeros(RING)])
+    points = np.concatenate([points, ring])
+    obstacle = np.concatenate([obstacle, np.full(RING, -1)])
+
+    flat = (points - middle) / extent
+    height = (flat**2).sum(1) - (radii / extent) ** 2
+    hull = ConvexHull(np.column_stack([flat, height]))
+    triangles = hull.simplices[hull.equations[:, 2] < 0]
+    a, b, c = np.moveaxis(flat[triangles], 1, 0)
+    area = cross(b - a, c - a)
+    triangles[area < 0] = triangles[area < 0][:, ::-1]
+    triangles = triangles[area != 0]
+    both = np.sort(np.stack([triangles, np.roll(triangles, -1, 1)], axis=2).reshape(-1, 2), axis=1)
+    edges, edges_of = np.unique(both[:, 0] * len(points) + both[:, 1], return_inverse=True)
+    edges, edges_of = np.column_stack(np.divmod(edges, len(points))), edges_of.reshape(-1)
+    order = np.argsort(edges_of, kind="stable")
+    ends = np.searchsorted(edges_of[order], [np.arange(len(edges)), np.arange(1, len(edges) + 1)])
+    rooms_of = (order // 3)[np.stack([ends[0], ends[1] - 1], axis=1)]
+    edges_of = edges_of.reshape(-1, 3)
+    return Triangulation(points, radii, obstacle, triangles, edges, edges_of, rooms_of)
