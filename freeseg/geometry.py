@@ -198,7 +198,7 @@ def touching_points(center, radius, segments):
     foot = ((center - tail) * along).sum(-1) / length_squared
     from_center = ((tail + foot[..., None] * along - center) ** 2).sum(-1)
     # Where the segment's line cuts the circle; at its foot where it does not.
-    half_chord = np.sqrt(np.maximum(radius**2 - from_center, 0) / length_squared)
+    half_chord = np.sqrt(np.maximum(radius**2 - from_center, 0)) / np.sqrt(length_squared)
     share = np.concatenate([0 * foot, 0 * foot + 1, foot - half_chord, foot, foot + half_chord], -1)
     return tail + np.clip(share, 0, 1)[..., None] * along
 
