@@ -96,7 +96,8 @@ def triangulate(world):
     flat = (points - middle) / extent
     height = (flat**2).sum(1) - (radii / extent) ** 2
     hull = ConvexHull(np.column_stack([flat, height]))
-    triangles = hull.simplices[hull.equations[:, 2] < 0]
+    # Qhull counts in 32 bits, too few for the product that names an edge below.
+    triangles = hull.simplices[hull.equations[:, 2] < 0].astype(int)
     a, b, c = np.moveaxis(flat[triangles], 1, 0)
     area = cross(b - a, c - a)
     triangles[area < 0] = triangles[area < 0][:, ::-1]
