@@ -267,15 +267,19 @@ def pull_taut(start, centers, signed, goal):
         sides = (circle[2][1],) if circle[2] else (0,)
         for side in sides:
             chain, other, sign = chains[side], chains[1 - side], 1 - 2 * side
-            # Nothing to turn round on the ring outside, nor anew where a segment shares its end.
-            if (circle[2] and not circle[1]) or circle[0] == chain[-1][0]:
+            # Nothing to turn round on the ring outside.
+            if circle[2] and not circle[1]:
                 continue
             # To the left a chain bends to the left; what would bend it back falls away.
             while (
                 len(chain) > 1
+                and circle[0] != chain[-1][0]
                 and sign * turn(heading(chain[-2], chain[-1]), heading(chain[-1], circle)) < 0
             ):
                 chain.pop()
+            # Nor anew where a segment shares its end, or one after the next does.
+            if circle[0] == chain[-1][0]:
+                continue
             if len(chain) == 1:
                 # The side may even pass over to the other: then the apex moves on along that one.
                 while (
