@@ -84,7 +84,7 @@ def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
         first = np.arange(len(world) - 1)
         second = first + 1
     elif neighbours == "delaunay":
-        first, second = triangulate(world).neighbours.T
+        first, second = triangulate(world).neighbours.T if len(world) else np.empty((2, 0), int)
     else:
         raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
     nearest = shapely.shortest_line(world.cores[first], world.cores[second])
