@@ -86,7 +86,7 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     """
     query = ask(world, start, goal, robot, margin)
     searches = {"chain": _search_chain, "delaunay": search_rooms}
-    if neighbours not in searches:
+    if neighbours not in list(searches):
         raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
     steps = [Step("straight", query.connect([])[0])]
     try:
