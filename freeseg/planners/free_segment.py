@@ -98,7 +98,8 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
             raise
         best = shortest_path(world, start, goal, robot, margin)
         path, turns, segments = best.path, best.turning_points, ()
-        steps += best.steps[1:]
+        # The straight line is there already, but where it is the shortest way it comes last.
+        steps += best.steps[1:] or best.steps
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
 
 
