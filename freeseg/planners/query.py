@@ -259,6 +259,7 @@ def ask(world, start, goal, robot, margin):
                 f"{what} {position.tolist()} is {where} obstacle {nearest + 1}, and the robot's "
                 f"radius is {robot.radius:.4f} m; move it away"
             )
-        # The circle must leave the position outside, by more than round-off.
-        reach = np.minimum(reach, distances * (1 - ROUND_OFF))
+        # The circle must leave the position outside, by more than round-off, but not by so much
+        # that a large robot would seem to touch.
+        reach = np.minimum(reach, distances - ROUND_OFF * np.minimum(distances, 0.5))
     return Query(world, start, goal, robot, margin, world.radii + reach)
