@@ -158,8 +158,10 @@ class Path:
             x, y, theta = before.at(before.length)
             next_x, next_y, next_theta = after.at(0.0)
             kink = math.remainder(next_theta - theta, 2 * math.pi)
-            # Round-off of metres and radians, with room.
-            if math.hypot(next_x - x, next_y - y) > 1e-7 or abs(kink) > 1e-7:
+            # Round-off of metres and radians, with room; the ends of a short line give its heading
+            # the less exactly, the farther out they are.
+            blur = 8 * math.ulp(max(abs(x), abs(y))) / min(before.length, after.length)
+            if math.hypot(next_x - x, next_y - y) > 1e-7 or abs(kink) > 1e-7 + blur:
                 raise InvalidParameter(f"{after} does not go on where, or as, {before} ends")
 
     @cached_property
