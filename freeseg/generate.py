@@ -40,8 +40,8 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
     Raises
     ------
     InvalidParameter
-        For a number that is not a whole one from 0 on, a shape that is not
-        known, or an area that is not positive.
+        For a number or a seed that is not a whole one from 0 on, a shape that
+        is not known, or an area that is not positive.
     InvalidWorld
         Where the square is too crowded for n obstacles.
 
@@ -52,13 +52,18 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
     """
     if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 0:
         raise InvalidParameter(f"n is {n!r}; give a whole number of obstacles from 0 on")
-    if not shapes or isinstance(shapes, str) or not set(shapes) <= {"disc", "polygon"}:
+    try:
+        # In this order whatever theirs is: a set's is not the same in every run.
+        kinds = sorted(set() if isinstance(shapes, str) else set(shapes))
+    except TypeError:
+        kinds = []
+    if not kinds or not set(kinds) <= {"disc", "polygon"}:
         raise InvalidParameter(f"shapes is {shapes!r}; give a list of 'disc' and 'polygon'")
     # Imported here: it takes long, and only this function needs it.
     from scipy.spatial import KDTree
 
     side = np.sqrt(n * check_positive("area", area))
-    rng = np.random.default_rng(seed)
+    rng = _generator(seed)
     centers, radii = np.empty((0, 2)), np.empty(0)
     for _ in range(100):
         missing = n - len(radii)
@@ -77,13 +82,20 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
         raise InvalidWorld(
             f"{n} obstacles do not fit on {side:.3g} m x {side:.3g} m; give a larger area"
         )
-    kinds = rng.choice(list(shapes), n)
+    kinds = rng.choice(kinds, n)
     return World(
         [
             Disc(center, radius) if kind == "disc" else _star(center, radius, rng)
             for center, radius, kind in zip(centers, radii, kinds, strict=True)
         ]
     )
+
+
+def _generator(seed):
+    """Random numbers from a seed, or `InvalidParameter`."""
+    if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
+        raise InvalidParameter(f"seed is {seed!r}; give a whole number from 0 on")
+    return np.random.default_rng(seed)
 
 
 def _star(center, radius, rng):
@@ -115,12 +127,15 @@ def random_query(world, seed, robot=None, margin=MARGIN):
 
     Raises
     ------
+    InvalidParameter
+        For a seed that is not a whole number from 0 on, a robot that is none,
+        or a margin that is not positive.
     InvalidWorld
         Where there is hardly any free position.
     """
     check_world(world)
     robot = as_robot(robot)
-    rng = np.random.default_rng(seed)
+    rng = _generator(seed)
     low, high = np.zeros(2), np.zeros(2)
     if len(world):
         low, high = world.edges.min((0, 1)), world.edges.max((0, 1))
