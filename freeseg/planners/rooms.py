@@ -88,6 +88,8 @@ def search_rooms(query, steps):
         return [], ()
     rooms, places, safe, links = _rooms(query.world, query.robot, query.margin)
     first, last = rooms.find(query.start), rooms.find(query.goal)
+    if first is not None and first == last:
+        return _solve_dangers(query, [], steps), ()
     edges = None
     if first is not None and last is not None:
         edges = _find_way(query, places, safe, links, rooms.edges_of[[first, last]])
