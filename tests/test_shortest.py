@@ -468,3 +468,16 @@ def test_every_planner_refuses_the_same_questions(planner):
 def test_obstacles_that_meet_are_no_world(second):
     with pytest.raises(fs.InvalidWorld, match=r"obstacles 1 .* and 2 .* touch or overlap"):
         fs.World([fs.Disc((0, 0), 0.1), second])
+
+
+@pytest.mark.parametrize("planner", [fs.shortest_path, fs.plan, fs.literal_plan])
+@pytest.mark.parametrize("size", [1e-8, 2e-9, 1e-9])
+def test_no_robot_is_so_small_that_it_drives_through_a_wall(planner, size):
+    # Below 2 nm, what round-off may take from a clearance is all of it.
+    world = fs.World([fs.Polygon(size * SQUARE)])
+    robot = fs.KheperaIV(diameter=size)
+    try:
+        path = planner(world, (-3 * size, 0), (3 * size, 0), robot, 0.1 * size).path
+    except (fs.InvalidParameter, fs.InvalidQuery, fs.Trapped):
+        return
+    assert not shapely.LineString(path.sample(size / 50)).intersects(world.cores[0])
