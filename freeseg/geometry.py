@@ -147,31 +147,6 @@ def point_segment_distance(points, segments):
     return np.hypot(gap[..., 0], gap[..., 1])
 
 
-def segment_segment_distance(a, b):
-    """Distance between segments; zero where they cross.
-
-    Parameters
-    ----------
-    a, b : array_like, shape (..., 2, 2)
-        Both ends of every segment (m).
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Distance (m).
-    """
-    a, b = np.asarray(a, float), np.asarray(b, float)
-    from_ends_of_a = point_segment_distance(a, b[..., None, :, :])
-    from_ends_of_b = point_segment_distance(b, a[..., None, :, :])
-    apart = np.minimum(from_ends_of_a.min(-1), from_ends_of_b.min(-1))
-    # They cross where the ends of each lie on both sides of the other.
-    tail_a, tail_b = a[..., 0, :], b[..., 0, :]
-    along_a, along_b = a[..., 1, :] - tail_a, b[..., 1, :] - tail_b
-    sides_of_a = cross(along_a, tail_b - tail_a) * cross(along_a, b[..., 1, :] - tail_a)
-    sides_of_b = cross(along_b, tail_a - tail_b) * cross(along_b, a[..., 1, :] - tail_b)
-    return np.where((sides_of_a < 0) & (sides_of_b < 0), 0.0, apart)
-
-
 def touching_points(center, radius, segments):
     """Points of segments where their distance from a circle can be smallest.
 

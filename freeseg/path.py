@@ -13,8 +13,6 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import (
     angle_of,
     arc_segment_distance,
-    arc_sweep,
-    segment_segment_distance,
     tangents,
     wrap_angle,
 )
@@ -254,7 +252,7 @@ class Path:
         return np.concatenate([*points, [self.end]])
 
     def distances(self, world):
-        """Distance of every piece from every obstacle, in closed form.
+        """Distance of every piece from every obstacle, exactly.
 
         Parameters
         ----------
@@ -292,8 +290,7 @@ class Path:
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         reach = np.broadcast_to(reach, len(world))
         # An arc is sought in the disc that it is part of.
-        shapes = shapely.linestrings([(piece.start, piece.end) for piece in self.pieces])
-        widths = np.zeros(len(self.pieces))
+        shapes, widths = self._lines.copy(), np.zeros(len(self.pieces))
         for number, piece in enumerate(self.pieces):
             if isinstance(piece, Arc):
                 shapes[number], widths[number] = shapely.Point(piece.center), piece.radius
@@ -305,19 +302,15 @@ class Path:
         close = close[np.lexsort([obstacle[close], piece[close]])]
         return piece[close], obstacle[close], distance[close]
 
+    @cached_property
+    def _lines(self):
+        """The straight line from end to end of every piece, as Shapely has it."""
+        return shapely.linestrings([(piece.start, piece.end) for piece in self.pieces])
+
     def _distances(self, world, piece, obstacle):
         """Distance of pieces from obstacles, pair by pair, shape (k,)."""
-        if not len(piece):
-            return np.empty(0)
-        # All edges of the obstacle of every pair, one pair after the other.
-        counts = world.edge_counts[obstacle]
-        edges, row = world.edges[world.edges_of(obstacle)], np.repeat(piece, counts)
-        is_arc = np.array([isinstance(part, Arc) for part in self.pieces])[row]
-        distance = np.empty(len(row))
-        starts = np.array([part.start for part in self.pieces])
-        if not is_arc.all():
-            lines = np.stack([starts, [part.end for part in self.pieces]], axis=1)
-            distance[~is_arc] = segment_segment_distance(lines[row[~is_arc]], edges[~is_arc])
+        distance = shapely.distance(self._lines[piece], world.cores[obstacle])
+        is_arc = np.array([isinstance(part, Arc) for part in self.pieces])[piece]
         if is_arc.any():
             arcs = np.array(
                 [
@@ -326,13 +319,18 @@ class Path:
                     else (0,) * 5
                     for part in self.pieces
                 ]
-            )[row[is_arc]]
-            distance[is_arc] = arc_segment_distance(arcs[:, :2], *arcs.T[2:], edges[is_arc])
-        distance = np.minimum.reduceat(distance, np.cumsum(counts) - counts) - world.radii[obstacle]
-        # Inside a polygon, the outline is away but the obstacle is not.
-        x, y = starts[piece].T
-        distance[shapely.contains_xy(world.cores[obstacle], x, y)] = 0
-        return distance
+            )
+            # All edges of the obstacle of every pair, one pair after the other.
+            piece, met = piece[is_arc], obstacle[is_arc]
+            counts = world.edge_counts[met]
+            arcs, edges = arcs[np.repeat(piece, counts)], world.edges[world.edges_of(met)]
+            to_edges = arc_segment_distance(arcs[:, :2], *arcs.T[2:], edges)
+            to_edges = np.minimum.reduceat(to_edges, np.cumsum(counts) - counts)
+            # Inside a polygon, the outline is away but the obstacle is not.
+            x, y = np.array([part.start for part in self.pieces]).T
+            to_edges[shapely.contains_xy(world.cores[met], x[piece], y[piece])] = 0
+            distance[is_arc] = to_edges
+        return distance - world.radii[obstacle]
 
     def clearance(self, world):
         """Distance of the centre line from the nearest obstacle.
@@ -413,21 +411,23 @@ def taut_path(start, circles, goal):
         is on circle ``passed``, a line leads to it.
     """
     centers = np.array([start, *(center for center, _ in circles), goal])
-    signed = np.array([0, *(radius for _, radius in circles), 0])
+    signed = np.array([0.0, *(radius for _, radius in circles), 0.0])
     leave, join = tangents(centers[:-1], signed[:-1], centers[1:], signed[1:])
     if not np.isfinite(leave).all():
         return None, []
+    # Where every circle is joined and left; only the first and the last are points.
+    first, last = angle_of(join[:-1] - centers[1:-1]), angle_of(leave[1:] - centers[1:-1])
+    sense = np.where(signed[1:-1] > 0, 1, -1)
+    sweeps = sense * np.mod(sense * (last - first), 2 * np.pi)
+    lengths = np.hypot(*(join - leave).T)
     pieces, passed = [], []
-    for number in range(len(leave)):
-        if number:
-            center, radius = centers[number], signed[number]
-            sweep = arc_sweep(center, np.sign(radius), join[number - 1], leave[number])
-            # Where a tangent only grazes its circle, round-off leaves no arc or a whole turn.
-            if min(abs(sweep), 2 * np.pi - abs(sweep)) > GRAZING:
-                first = angle_of(join[number - 1] - center)
-                pieces.append(Arc(center, abs(radius), first, sweep))
-                passed.append(number - 1)
-        if math.dist(leave[number], join[number]) > GRAZING:
-            pieces.append(Line(leave[number], join[number]))
+    for number, (begin, end) in enumerate(zip(leave.tolist(), join.tolist(), strict=True)):
+        # Where a tangent only grazes its circle, round-off leaves no arc or a whole turn.
+        if number and GRAZING < abs(sweeps[number - 1]) < 2 * np.pi - GRAZING:
+            radius, sweep = abs(signed[number]), sweeps[number - 1]
+            pieces.append(Arc(centers[number].tolist(), radius, first[number - 1], sweep))
+            passed.append(number - 1)
+        if lengths[number] > GRAZING:
+            pieces.append(Line(begin, end))
             passed.append(number)
     return Path(pieces), passed

@@ -1,7 +1,7 @@
 """Triangulation of a world: which obstacles are neighbours, and the rooms between them."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -53,9 +53,17 @@ class Triangulation:
 
     def find(self, point):
         """Index of the triangle that a point (m) lies in; None outside the ring."""
-        corners = self.points[self.triangles]
-        inside = cross(np.roll(corners, -1, 1) - corners, point - corners).min(1) >= 0
+        normals, levels = self._sides
+        inside = (normals @ np.asarray(point) >= levels).all(1)
         return int(np.argmax(inside)) if inside.any() else None
+
+    @cached_property
+    def _sides(self):
+        """Inward normals of the triangles' edges (t, 3, 2), and their levels (t, 3)."""
+        corners = self.points[self.triangles]
+        along = np.roll(corners, -1, 1) - corners
+        normals = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+        return normals, (normals * corners).sum(-1)
 
 
 @lru_cache(maxsize=4)

@@ -8,7 +8,6 @@ from freeseg.geometry import (
     arc_sweep,
     cross,
     point_segment_distance,
-    segment_segment_distance,
     tangents,
     unit,
     wrap_angle,
@@ -187,34 +186,6 @@ def test_point_segment_distance_against_sampling():
     assert (sampled <= exact + half_spacing + 1e-12).all()
 
 
-def test_segment_segment_distance_by_hand():
-    a = [(0, 0), (2, 0)]
-    others = [
-        [(1, -1), (1, 1)],  # crosses
-        [(1, 0), (1, 1)],  # touches
-        [(1, 0), (5, 0)],  # overlaps
-        [(0, 1), (2, 1)],  # parallel
-        [(5, 4), (9, 9)],  # beyond the end
-        [(3, 0), (4, 0)],  # goes on
-        [(1, 2), (1, 2)],  # a point
-        [(1, 0), (1, 0)],  # a point on it
-    ]
-    assert_allclose(segment_segment_distance(a, others), [0, 0, 0, 1, 5, 1, 2, 0])
-
-
-def test_segment_segment_distance_against_sampling():
-    rng = np.random.default_rng(5)
-    a, b = random_segments(rng, 300), random_segments(rng, 300)[::-1]
-    exact = segment_segment_distance(a, b)
-    assert_array_equal(exact, segment_segment_distance(b, a))
-    assert 50 < (exact == 0).sum() < 200
-    for pair_a, pair_b, distance in zip(a, b, exact, strict=True):
-        (on_a, half_a), (on_b, half_b) = along(pair_a), along(pair_b)
-        sampled = nearest(on_a, on_b)
-        assert distance <= sampled + 1e-12
-        assert sampled <= distance + half_a + half_b + 1e-12
-
-
 @pytest.mark.parametrize(
     ("sweep", "segment", "distance"),
     [
@@ -259,7 +230,6 @@ def test_distances_broadcast():
     rng = np.random.default_rng(7)
     a, b = random_segments(rng, 4), random_segments(rng, 5)
     assert point_segment_distance(a[:, None, 0], b).shape == (4, 5)
-    assert segment_segment_distance(a[:, None], b).shape == (4, 5)
     arcs = a[:, None, 0], np.full((4, 1), 0.2), np.zeros((4, 1)), np.full((4, 1), -2.0)
     table = arc_segment_distance(*arcs, b)
     assert table.shape == (4, 5)

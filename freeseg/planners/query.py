@@ -210,11 +210,17 @@ class Query:
         """
         points = path.sample(0.001)
         # Short stretches: the search tree then compares each with the few obstacles beside it.
-        stretches = shapely.multipoints(
-            shapely.points(points), indices=np.arange(len(points)) // STRETCH
-        )
-        _, met, distances = self.world.near(stretches, self.robot.radius - ROUND_OFF)
-        if len(met):
+        stretch = np.arange(len(points)) // STRETCH
+        if len(points) % STRETCH == 1:
+            stretch[-1] -= 1
+        limit = self.robot.radius - ROUND_OFF
+        # A line through the samples is at least as near as they are, and quickly compared.
+        suspect, _, _ = self.world.near(shapely.linestrings(points, indices=stretch), limit)
+        if len(suspect):
+            again = shapely.points(points[np.isin(stretch, suspect)])
+            _, met, distances = self.world.near(again, limit)
+            if not len(met):
+                return
             nearest = int(np.argmin(distances))
             raise Trapped(
                 f"the path comes within {distances[nearest]:.6f} m of obstacle "

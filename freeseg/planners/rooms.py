@@ -18,8 +18,9 @@ from freeseg.planners.query import Step, TurningPoint, turning_radius
 from freeseg.segments import Endpoint, FreeSegment
 from freeseg.triangulation import triangulate
 
-#: How much longer than the straight line the first search may become, as a share of that line.
-EXCESS = 1 / 16
+#: How much longer than the straight line the way may become, as a share of that line: at first,
+#: and where that is not enough.
+EXCESS = (1 / 16, 1 / 2, np.inf)
 
 
 @lru_cache(maxsize=4)
@@ -36,8 +37,8 @@ def _rooms(world, robot, margin):
         For both ends of every edge, where the robot passes it (m).
     safe : ndarray of bool, shape (e,)
         Whether the edge is a safe segment.
-    links : (first, second), ndarray of int, shape (k,)
-        Nodes, 2 e + end, of every link; both ways, by first node.
+    links : ndarray of int, shape (2, k)
+        Nodes, 2 e + end, that every link joins; both ways, by first node.
     """
     rooms = triangulate(world)
     ends, radii = rooms.points[rooms.edges], rooms.radii[rooms.edges]
@@ -156,38 +157,38 @@ def _find_way(query, places, safe, links, rooms):
     """Edges passed on the shortest way from room to room, in order, or None.
 
     A* (P. Hart, N. Nilsson, B. Raphael, 1968) as Dijkstra's search with every
-    length reduced by what the link gains towards the goal, and with a limit.
+    length reduced by what the link gains towards the goal.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
     points = places.reshape(-1, 2)
     to_goal = np.hypot(*(points - query.goal).T)
+    from_start = np.hypot(*(points - query.start).T)
     straight = math.dist(query.start, query.goal)
-    tail, head = links
-
     # The start is one more node; the goal is reached from the nodes of its room.
     leave, arrive = ((2 * edges[safe[edges], None] + [0, 1]).ravel() for edges in rooms)
     begin = len(points)
-    reduced = np.concatenate(
-        [
-            np.hypot(*(points[tail] - points[head]).T) + to_goal[head] - to_goal[tail],
-            np.hypot(*(points[leave] - query.start).T) + to_goal[leave] - straight,
-        ]
-    )
-    rows = np.append(np.bincount(tail, minlength=begin), len(leave))
-    graph = csr_array(
-        # Not zero, which would be no link; by round-off it may be below.
-        (
-            np.maximum(reduced, 1e-12),
-            np.concatenate([head, leave]),
-            np.concatenate([[0], np.cumsum(rows)]),
-        ),
-        shape=(begin + 1, begin + 1),
-    )
-    for limit in (EXCESS * straight, 8 * EXCESS * straight, np.inf):
-        cost, before = dijkstra(graph, indices=begin, return_predecessors=True, limit=limit)
-        if len(arrive) and np.isfinite(cost[arrive]).any():
+    for excess in EXCESS:
+        # No node outside of this ellipse is on a way that is at most so much longer.
+        inside = from_start + to_goal <= (1 + excess) * straight
+        tail, head = links[:, inside[links[0]] & inside[links[1]]]
+        first = leave[inside[leave]]
+        gain = np.hypot(*(points[tail] - points[head]).T) + to_goal[head] - to_goal[tail]
+        gain = np.concatenate([gain, from_start[first] + to_goal[first] - straight])
+        rows = np.append(np.bincount(tail, minlength=begin), len(first))
+        graph = csr_array(
+            (
+                # Not zero, which would be no link; by round-off it may be below.
+                np.maximum(gain, 1e-12),
+                np.concatenate([head, first]),
+                np.concatenate([[0], np.cumsum(rows)]),
+            ),
+            shape=(begin + 1, begin + 1),
+        )
+        cost, before = dijkstra(graph, indices=begin, return_predecessors=True)
+        shortest = cost[arrive].min(initial=np.inf)
+        if np.isfinite(shortest) and shortest <= excess * straight:
             break
     else:
         return None

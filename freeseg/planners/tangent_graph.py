@@ -175,6 +175,8 @@ class TangentGraph:
         known in closed form, and each closed part has such a point.
         """
         circles = circles[self.radii[circles] > 0]
+        if not len(circles):
+            return
         edges, reach = self.edges[which], self.reach[which]
         apart = point_segment_distance(self.centers[circles][:, None], edges)
         row, edge = np.nonzero(apart < self.radii[circles][:, None] + reach)
@@ -243,7 +245,9 @@ class TangentGraph:
         links.append((np.full_like(leave, begin), leave, np.zeros(len(leave))))
         links.append((join, np.full_like(join, finish), np.zeros(len(join))))
         source, target, weight = (np.concatenate(part) for part in zip(*links, strict=True))
-        graph = csr_array((weight, (source, target)), shape=(2 * count + 2, 2 * count + 2))
+        order = np.argsort(source, kind="stable")
+        rows = np.searchsorted(source[order], np.arange(2 * count + 3))
+        graph = csr_array((weight[order], target[order], rows), shape=(2 * count + 2,) * 2)
         distance, before = dijkstra(graph, indices=begin, return_predecessors=True)
         if not np.isfinite(distance[finish]):
             return None
