@@ -146,9 +146,9 @@ class TangentGraph:
         self._close(np.arange(old_circles, len(self.radii)), slice(None))
 
         # Every pair of a new circle with one before it, in all pairs of senses.
-        first, second = np.tril_indices(len(self.radii), -1)
-        new = first >= old_circles
-        pairs = np.column_stack([first[new], second[new]])
+        new = np.arange(old_circles, len(self.radii))
+        second = np.arange(new.sum()) - np.repeat(np.cumsum(new) - new, new)
+        pairs = np.column_stack([np.repeat(new, new), second])
         circles = np.repeat(pairs, 4, axis=0)
         senses = np.tile([[1, 1], [1, -1], [-1, 1], [-1, -1]], (len(pairs), 1))
         # A point is driven round one way.

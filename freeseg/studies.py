@@ -1,0 +1,117 @@
+"""Many plans: how often each rule finds a path, and how long the paths are."""
+
+import math
+from functools import partial
+
+import numpy as np
+
+from freeseg.errors import InvalidWorld, NoPath, Trapped
+from freeseg.generate import random_query, random_world
+from freeseg.planners import literal_plan, plan, shortest_path
+
+#: The rules that are compared, from the paper's words to the optimum.
+RULES = {
+    "literal": literal_plan,
+    "literal, round the obstacle": partial(literal_plan, concentric=True),
+    "completed": partial(plan, complete=False),
+    "rooms": partial(plan, neighbours="delaunay", complete=False),
+    "exact": shortest_path,
+}
+
+
+def random_case(seed):
+    """A random small world with a query.
+
+    Parameters
+    ----------
+    seed : int
+        Equal seeds give equal cases.
+
+    Returns
+    -------
+    world : World
+        1 to 60 discs, polygons or both, from crowded to spacious.
+    start, goal : ndarray, shape (2,)
+        Free positions (m).
+    """
+    rng = np.random.default_rng(seed)
+    while True:
+        n, area = int(rng.integers(1, 61)), rng.uniform(0.02, 0.1)
+        shapes = (("disc",), ("polygon",), ("disc", "polygon"))[rng.integers(3)]
+        try:
+            world = random_world(n, rng.integers(2**32), shapes, area)
+            return world, *random_query(world, rng.integers(2**32))
+        except InvalidWorld:
+            # No room for so many obstacles, or none left for the robot.
+            continue
+
+
+def try_rules(seed):
+    """Plan one random case by every rule.
+
+    Parameters
+    ----------
+    seed : int
+        As for `random_case`.
+
+    Returns
+    -------
+    dict
+        Rule to (length, clearance) of its path (m), NaN where it found none;
+        and ``"straight"``, with the distance from start to goal.
+    """
+    world, start, goal = random_case(seed)
+    found = {"straight": (math.dist(start, goal), np.nan)}
+    for rule, planner in RULES.items():
+        try:
+            path = planner(world, start, goal).path
+            found[rule] = path.length, path.clearance(world)
+        except (NoPath, Trapped):
+            found[rule] = np.nan, np.nan
+    return found
+
+
+def compare_rules(seeds, jobs=1):
+    """Success and length of every rule over random cases.
+
+    Parameters
+    ----------
+    seeds : iterable of int
+        One case each.
+    jobs : int, optional
+        Processes; -1 for all cores.
+
+    Returns
+    -------
+    list of dict
+        A row for every rule: ``rule``; ``worlds`` and, of these, ``solvable``
+        (the exact planner finds a path), ``straight`` (the straight way is
+        free) and ``solved``; ``median_ratio``,
+        ``p95_ratio`` and ``max_ratio`` of the length to the optimum; ``optimal``, the
+        share of paths within 0.1 % of it; ``min_clearance_m``.
+    """
+    # Imported here: few need many cores.
+    from joblib import Parallel, delayed
+
+    results = Parallel(n_jobs=jobs)(delayed(try_rules)(seed) for seed in seeds)
+    optimum = np.array([found["exact"][0] for found in results])
+    straight = np.array([found["straight"][0] for found in results])
+    rows = []
+    for rule in RULES:
+        length, clearance = np.array([found[rule] for found in results]).reshape(-1, 2).T
+        ratio = (length / optimum)[np.isfinite(length)]
+        rows.append(
+            {
+                "rule": rule,
+                "worlds": len(results),
+                "solvable": int(np.isfinite(optimum).sum()),
+                "straight": int((optimum <= straight * (1 + 1e-9)).sum()),
+                "solved": len(ratio),
+                "median_ratio": float(np.median(ratio)),
+                "p95_ratio": float(np.quantile(ratio, 0.95)),
+                "max_ratio": float(ratio.max()),
+                "optimal": float((ratio <= 1.001).mean()),
+                "min_clearance_m": float(np.nanmin(clearance)),
+            }
+        )
+    return rows

@@ -1,0 +1,112 @@
+"""Time and length against the number of obstacles: ``python tests/benchmarks/scale.py``.
+
+Both planners answer the same queries in the same random worlds of discs, one
+after the other, so that a slow moment of the machine hits both. A world is new to
+the exact planner with every query, whose time so includes the preparation; the
+free-segment planner's first query of a world is timed apart from the second.
+Stores a row a query in ``data/scale.csv``, which the notebook on scale shows; with
+``--quick`` it only prints, for small worlds.
+"""
+
+import csv
+import statistics
+import sys
+import time
+import tracemalloc
+from functools import partial
+from pathlib import Path
+
+import freeseg as fs
+
+FILE = Path(__file__).resolve().parents[2] / "data" / "scale.csv"
+SIZES = {7: 40, 20: 40, 50: 40, 100: 40, 200: 30, 500: 20, 1000: 20, 2000: 15, 5000: 11, 10000: 11}
+
+
+def timed(action):
+    """Result of an action, and its wall-clock time (ms)."""
+    begin = time.perf_counter()
+    result = action()
+    return result, 1e3 * (time.perf_counter() - begin)
+
+
+def measure(n, seed):
+    """A row on one query of one world of n discs."""
+    world = fs.random_world(n, seed)
+    start, goal = fs.random_query(world, seed)
+    before = fs.random_query(world, seed + 10_000)
+    try:
+        _, first = timed(lambda: fs.plan(world, *before, neighbours="delaunay"))
+        rooms, query = timed(lambda: fs.plan(world, start, goal, neighbours="delaunay"))
+        fresh = fs.World(world.obstacles)
+        best, exact = timed(lambda: fs.shortest_path(fresh, start, goal))
+    except fs.NoPath:
+        return None
+    return {
+        "n": n,
+        "seed": seed,
+        "first_ms": first,
+        "rooms_ms": query,
+        "exact_ms": exact,
+        "rooms_m": rooms.path.length,
+        "exact_m": best.path.length,
+        "completed": int(any(step.kind == "shortest" for step in rooms.steps)),
+        "met": len(best.steps[-1].group),
+        "rounds": len(best.steps) - 1,
+    }
+
+
+def corner_to_corner(n, repeats):
+    """Median time (ms) of the exact planner across a whole world, and how many obstacles matter."""
+    times, met = [], []
+    for seed in range(repeats):
+        world = fs.random_world(n, seed)
+        low, high = world.edges.min((0, 1)) - 0.1, world.edges.max((0, 1)) + 0.1
+        plan, duration = timed(partial(fs.shortest_path, world, low, high))
+        times.append(duration)
+        met.append(len(plan.steps[-1].group))
+    return statistics.median(times), statistics.median(met)
+
+
+def peak_memory(n):
+    """Largest memory (MB) that planning in a world of n discs takes, both planners."""
+    world = fs.random_world(n, 1)
+    start, goal = fs.random_query(world, 1)
+    tracemalloc.start()
+    fs.shortest_path(world, start, goal)
+    fs.plan(world, start, goal, neighbours="delaunay")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak / 1e6
+
+
+def main(sizes, file=None):
+    """Measure, print medians, and write the rows to a file if one is given."""
+    measure(7, 0)  # imports
+    rows = []
+    for n, queries in sizes.items():
+        some = [row for seed in range(queries) if (row := measure(n, seed))]
+        rows += some
+        median = {name: statistics.median(row[name] for row in some) for name in some[0]}
+        ratio = statistics.median(row["rooms_m"] / row["exact_m"] for row in some)
+        print(
+            f"n = {n:6d}: exact {median['exact_ms']:7.2f} ms, {median['met']:.0f} obstacles met; "
+            f"rooms {median['rooms_ms']:6.2f} ms, first query {median['first_ms']:7.2f} ms, "
+            f"median ratio {ratio:.4f}"
+        )
+    largest = max(sizes)
+    n = min(largest, 1000)
+    duration, met = corner_to_corner(n, 5)
+    print(f"n = {n:6d}, corner to corner: exact {duration:.1f} ms, {met:.0f} obstacles met")
+    print(f"n = {largest:6d}: peak memory {peak_memory(largest):.0f} MB")
+    if file:
+        with file.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, rows[0])
+            writer.writeheader()
+            for row in rows:
+                writer.writerow(
+                    {k: round(v, 4) if k.endswith("_ms") else v for k, v in row.items()}
+                )
+
+
+if __name__ == "__main__":
+    main({7: 3, 20: 3}) if "--quick" in sys.argv else main(SIZES, FILE)
