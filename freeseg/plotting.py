@@ -13,6 +13,7 @@ import shapely
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
+from matplotlib.patheffects import withStroke
 
 from freeseg.path import Arc
 from freeseg.world import Disc, check_world
@@ -71,7 +72,8 @@ def plot_world(world, ax=None):
     for number, obstacle in enumerate(world.obstacles, 1):
         ax.add_patch(_patch(obstacle, **style))
         middle = 1000 * np.array(obstacle.core.representative_point().coords[0])
-        ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
+        label = ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
+        label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
     ax.autoscale_view()
     return ax
 
