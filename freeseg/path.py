@@ -242,14 +242,15 @@ class Path:
                 f"step is {step!r}; give a positive length (m) that makes at most "
                 f"{MOST_SAMPLES:g} samples of a path of {self.length:.3f} m"
             )
-        inside = [
-            np.linspace(0, piece.length, max(math.ceil(piece.length / spacing), 1) + 1)[:-1]
-            for piece in self.pieces
-        ]
-        points = [
-            np.column_stack(piece.at(s)[:2]) for piece, s in zip(self.pieces, inside, strict=True)
-        ]
-        return np.concatenate([*points, [self.end]])
+        counts = [max(math.ceil(piece.length / spacing), 1) for piece in self.pieces]
+        points = np.empty((sum(counts) + 1, 2))
+        begin = 0
+        for piece, count in zip(self.pieces, counts, strict=True):
+            part = points[begin : begin + count]
+            part[:, 0], part[:, 1], _ = piece.at(np.arange(count) * (piece.length / count))
+            begin += count
+        points[-1] = self.end
+        return points
 
     def distances(self, world):
         """Distance of every piece from every obstacle, exactly.
@@ -297,6 +298,11 @@ class Path:
         piece, obstacle = world.tree.query(
             shapes, predicate="dwithin", distance=widths + (world.radii + reach).max()
         )
+        # No point of an arc is nearer to a disc than its whole circle is.
+        least = shapely.distance(shapes[piece], world.cores[obstacle]) - widths[piece]
+        least = np.where(world.edge_counts[obstacle] == 1, np.abs(least), least)
+        likely = least < (world.radii + reach)[obstacle]
+        piece, obstacle = piece[likely], obstacle[likely]
         distance = self._distances(world, piece, obstacle)
         close = np.flatnonzero(distance < reach[obstacle])
         close = close[np.lexsort([obstacle[close], piece[close]])]

@@ -52,8 +52,8 @@ def literal_plan(
         choice = [end for end in choice if end not in used]
         if not choice:
             raise Trapped(
-                f"there is no endpoint, or none left, to turn at before obstacle {blocking + 1}; plan "
-                "with fs.plan",
+                f"there is no endpoint, or none left, to turn at before obstacle {blocking + 1}; "
+                "plan with fs.plan",
                 steps,
             )
         place = passed[number]
