@@ -85,7 +85,7 @@ def search_rooms(query, steps):
         Where no way leads from room to room, or its path could not be freed
         of danger.
     """
-    if not len(query.world):
+    if query.danger(steps[-1].path) is None:
         return [], ()
     rooms, places, safe, links = _rooms(query.world, query.robot, query.margin)
     first, last = rooms.find(query.start), rooms.find(query.goal)
