@@ -66,8 +66,8 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     obstacle itself (a disc's concentric circle, a polygon's corner). Each
     obstacle also has outer endpoints, see `find_endpoints`. A turn that a
     later one makes needless is dropped. Where all segments of the blocking
-    obstacle are danger, where it has no usable endpoint, or where the rules
-    go round in circles, it and the obstacles within D_r + delta of each other
+    obstacle are danger, where it has no usable endpoint, where an arc and
+    not a line is in danger, or where the rules go round in circles, it and the obstacles within D_r + delta of each other
     form a group, and the path starts again with the shortest way round all
     groups met so far. Groups only grow, and round all obstacles that way is
     exact, so the search ends: with a path, or with the proof that there is
