@@ -67,11 +67,12 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     obstacle also has outer endpoints, see `find_endpoints`. A turn that a
     later one makes needless is dropped. Where all segments of the blocking
     obstacle are danger, where it has no usable endpoint, where an arc and
-    not a line is in danger, or where the rules go round in circles, it and the obstacles within D_r + delta of each other
-    form a group, and the path starts again with the shortest way round all
-    groups met so far. Groups only grow, and round all obstacles that way is
-    exact, so the search ends: with a path, or with the proof that there is
-    none. `literal_plan` does without all this.
+    not a line is in danger, or where the rules go round in circles, it and
+    the obstacles within D_r + delta of each other form a group, and the path
+    starts again with the shortest way round all groups met so far. Groups
+    only grow, and round all obstacles that way is exact, so the search ends:
+    with a path, or with the proof that there is none. `literal_plan` does
+    without all this.
 
     With a triangulation, the shortest way from room to room through safe
     segments comes first, see `search_rooms`; what prepares a world for that
