@@ -23,7 +23,7 @@ class FreeSegment:
     Parameters
     ----------
     obstacles : tuple of int
-        Indices of the two obstacles.
+        Indices of the two obstacles; -1 for a point far outside of them all.
     ends : ndarray, shape (2, 2)
         The mutually nearest points of their boundaries (m).
     required : float
@@ -64,7 +64,8 @@ def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
     Returns
     -------
     tuple of FreeSegment
-        Safe and danger ones; of a chain n - 1.
+        Safe and danger ones; of a chain n - 1. Safe speaks of the two
+        obstacles joined: now and then a third one is in between.
 
     Raises
     ------

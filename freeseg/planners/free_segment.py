@@ -56,7 +56,7 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     InvalidParameter
         For a margin that is not positive, or neighbours that are not known.
     NoPath
-        Where no path keeps the margin: this is a proof.
+        Where it is proved that no path keeps the margin.
     Trapped
         Where the search fails and is not to be completed; with its trace.
 
@@ -100,7 +100,7 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
         best = shortest_path(world, start, goal, robot, margin)
         path, turns, segments = best.path, best.turning_points, ()
         # The straight line is there already, but where it is the shortest way it comes last.
-        steps += best.steps[1:] or best.steps
+        steps += best.steps[1:]
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
 
 

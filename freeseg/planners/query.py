@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from freeseg.errors import InvalidQuery, Trapped
+from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.path import GRAZING, Path, taut_path
 from freeseg.robot import KheperaIV, as_robot, check_positive
 from freeseg.segments import Endpoint
@@ -13,6 +13,9 @@ from freeseg.world import World, as_position, check_world
 
 #: So many samples of a path are checked together.
 STRETCH = 100
+
+#: Smallest radius of a robot (m): less would be lost in round-off.
+SMALLEST = 10e-9
 
 #: Closed forms and geometric predicates agree to this (m).
 ROUND_OFF = 1e-9
@@ -201,14 +204,17 @@ class Query:
         return int(pieces[met]), int(obstacles[met]), float(distances[met])
 
     def verify(self, path, steps):
-        """Check a path by other means: Shapely, on samples 1 mm apart.
+        """Check a path by other means: Shapely, on samples.
+
+        They are R_r / 70 apart, 1 mm for a Khepera IV, unless that makes over
+        a million.
 
         Raises
         ------
         Trapped
             Where the path comes closer than R_r to an obstacle.
         """
-        points = path.sample(0.001)
+        points = path.sample(max(self.robot.radius / 70, path.length / 1e6))
         # Short stretches: the search tree then compares each with the few obstacles beside it.
         stretch = np.arange(len(points)) // STRETCH
         if len(points) % STRETCH == 1:
@@ -250,6 +256,11 @@ def ask(world, start, goal, robot, margin):
         As for `plan`.
     """
     robot, margin = as_robot(robot), check_positive("margin", margin)
+    if robot.radius < SMALLEST:
+        raise InvalidParameter(
+            f"robot.diameter is {robot.diameter:g} m, which round-off would swallow; lengths are "
+            f"in metres, give at least {2 * SMALLEST:g} m"
+        )
     check_world(world)
     start, goal = as_position(start, "start"), as_position(goal, "goal")
     if np.hypot(*(goal - start)) <= GRAZING:
