@@ -25,7 +25,10 @@ def wrap_angle(angle):
     >>> float(wrap_angle(3 * np.pi))
     3.141592653589793
     """
-    wrapped = np.pi - np.mod(np.pi - np.asarray(angle, float), 2 * np.pi)
+    turned = np.array(np.pi - np.asarray(angle, float))
+    # The modulus is slow, and leaves what is in range as it is.
+    inside = (turned >= 0) & (turned < 2 * np.pi)
+    wrapped = np.pi - np.mod(turned, 2 * np.pi, out=turned, where=~inside)
     # Round-off of the modulus can leave -pi.
     return np.where(wrapped <= -np.pi, np.pi, wrapped)
 

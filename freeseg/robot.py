@@ -7,7 +7,6 @@ import numpy as np
 
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidParameter, InvalidWorld
-from freeseg.geometry import unit
 
 
 @cache
@@ -167,9 +166,9 @@ class KheperaIV:
         v, omega = self.to_body(wheels)
         half_turn = 0.5 * omega * dt
         chord = v * dt * np.sinc(half_turn / np.pi)
-        along = unit(theta + half_turn)
+        middle = theta + half_turn
         return np.stack(
-            [x + chord * along[..., 0], y + chord * along[..., 1], theta + 2 * half_turn]
+            [x + chord * np.cos(middle), y + chord * np.sin(middle), theta + 2 * half_turn]
         )
 
 

@@ -86,9 +86,11 @@ class SlidingMode:
             now_and_middle = reference.at([t, t + dt / 2])
             _, v_r, omega_r, v_r_dot, _ = (values[..., 1] for values in now_and_middle)
             x_e, y_e, alpha_e = tracking_error(now_and_middle.pose[:, 0], pose)
-            slope = 1 / (1 + (v_r * y_e / scale) ** 2) / scale
+            aside = v_r * y_e / scale
+            # Not ** 2, which for one robot can differ in the last bit from that for a batch.
+            slope = 1 / (1 + aside * aside) / scale
             dgamma_dv, dgamma_dy = slope * y_e, slope * v_r
-            s1, s2 = x_e, alpha_e + np.arctan(v_r * y_e / scale)
+            s1, s2 = x_e, alpha_e + np.arctan(aside)
             omega = (
                 omega_r
                 + dgamma_dv * v_r_dot
