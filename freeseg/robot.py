@@ -167,9 +167,11 @@ class KheperaIV:
         half_turn = 0.5 * omega * dt
         chord = v * dt * np.sinc(half_turn / np.pi)
         middle = theta + half_turn
-        return np.stack(
-            [x + chord * np.cos(middle), y + chord * np.sin(middle), theta + 2 * half_turn]
-        )
+        moved = np.empty((3, *np.shape(middle)))
+        moved[0] = x + chord * np.cos(middle)
+        moved[1] = y + chord * np.sin(middle)
+        moved[2] = theta + 2 * half_turn
+        return moved
 
 
 def as_robot(robot):

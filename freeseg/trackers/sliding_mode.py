@@ -80,10 +80,11 @@ class SlidingMode:
         """
         switch = SWITCHING[self.switching]
         scale = reference.v.max() * self.length_scale
+        look = reference.sampler(dt)
 
         def law(t, pose):
             # A command holds for dt: the velocities are those at the middle of it.
-            now_and_middle = reference.at([t, t + dt / 2])
+            now_and_middle = look(t)
             _, v_r, omega_r, v_r_dot, _ = (values[..., 1] for values in now_and_middle)
             x_e, y_e, alpha_e = tracking_error(now_and_middle.pose[:, 0], pose)
             aside = v_r * y_e / scale
