@@ -104,6 +104,15 @@ def test_reference_at_agrees_with_its_grid(reference):
     assert reference.at(np.ones((2, 5))).pose.shape == (3, 2, 5)
 
 
+@pytest.mark.parametrize("dt", [0.05, 0.013, 0])
+def test_a_sampler_is_the_reference_now_and_half_a_step_later(reference, dt):
+    look = reference.sampler(dt)
+    between = np.random.default_rng(55).uniform(-1, reference.duration + 1, 20)
+    for t in [*(reference.steps(dt) if dt else ()), *between]:
+        for read, asked in zip(look(t), reference.at([t, t + dt / 2]), strict=True):
+            assert_array_equal(read, asked)
+
+
 @pytest.mark.parametrize("name", ["speed", "acceleration"])
 @pytest.mark.parametrize("value", [0, -0.1, np.nan, np.inf, None, "fast", (0.1, 0.2)])
 def test_invalid_speed_and_acceleration(path, name, value):
@@ -234,6 +243,15 @@ def test_a_batch_is_bit_for_bit_its_single_runs(reference, robot):
         assert_array_equal(batch.pose[:, number], single.pose)
         assert_array_equal(batch.error[:, number], single.error)
         assert_array_equal(batch.wheels[:, number], single.wheels)
+
+
+def test_the_law_for_a_batch_is_bit_for_bit_that_for_one(reference, robot):
+    # Thousands of poses, for what differs may do so in one of a thousand: x ** 2 does.
+    poses = np.random.default_rng(56).normal(0, [[0.3], [0.3], [2]], (3, 20_000))
+    poses += reference.at(0.4).pose[:, None]
+    law = fs.SlidingMode().start(reference, robot, 0.05)
+    batch = np.array(law(0.4, poses))
+    assert_array_equal(batch, np.transpose([law(0.4, pose) for pose in poses.T]))
 
 
 def test_running_again_gives_the_same(reference, robot, off_path):
