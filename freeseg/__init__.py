@@ -7,6 +7,7 @@ obstacles. Everything is in metres, seconds and radians.
 from importlib import import_module
 
 from freeseg import metrics
+from freeseg.disturbance import Disturbance
 from freeseg.errors import (
     FreesegError,
     InvalidParameter,
@@ -29,6 +30,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Disc",
+    "Disturbance",
     "FreesegError",
     "InvalidParameter",
     "InvalidQuery",

@@ -14,7 +14,7 @@ class InvalidQuery(FreesegError, ValueError):
 
 
 class InvalidParameter(FreesegError, ValueError):
-    """A robot, margin, speed, gain, time step or path is out of its range."""
+    """A robot, margin, speed, gain, time step, path or disturbance is out of its range."""
 
 
 class NoPath(FreesegError):

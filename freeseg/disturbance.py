@@ -1,0 +1,237 @@
+"""What disturbs a robot: noise, slip, wrong sizes, lag and delay."""
+
+import operator
+from dataclasses import dataclass
+from math import exp, expm1, isclose
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+
+#: How many samples of random numbers are drawn at once: what bounds their memory.
+BLOCK = 32
+
+#: Random numbers of a robot per sample: noise of x, y and heading; slip of both wheels.
+CHANNELS = 5
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """What keeps a robot from doing what it is told; by default, nothing.
+
+    The tracker and the limits know of none of it. A pair is for the right
+    and the left wheel; one number stands for both.
+
+    Parameters
+    ----------
+    position_noise : float
+        Standard deviation of the measured x and of the measured y (m): white
+        Gaussian noise, new at every sample.
+    heading_noise : float
+        Standard deviation of the measured heading (rad), likewise.
+    slip : float or pair of float
+        Share of a wheel's way that is lost, below 1; negative if it slides on.
+    slip_fluctuation : float
+        Standard deviation of the random share that is added to it, wheel by
+        wheel: an Ornstein-Uhlenbeck process, stationary from the start. The
+        sum is kept within -1 and 1.
+    slip_time : float
+        Correlation time of this process (s).
+    wheel_base_error : float
+        How much longer than the robot's the true wheel base is, relative.
+    wheel_radius_error : float or pair of float
+        How much larger than the robot's the true wheel radius is, relative.
+    lag : float
+        Time constant of the motors, first order (s).
+    delay : float
+        Time after which a command reaches the motors (s): a whole number of
+        time steps. Until the first arrives, the robot rests.
+
+    Raises
+    ------
+    InvalidParameter
+        For a value that is no finite number or out of its range.
+
+    Examples
+    --------
+    >>> Disturbance(position_noise=0.001, slip=(0.05, 0)).slip
+    (0.05, 0.0)
+    """
+
+    position_noise: float = 0.0
+    heading_noise: float = 0.0
+    slip: float | tuple[float, float] = 0.0
+    slip_fluctuation: float = 0.0
+    slip_time: float = 1.0
+    wheel_base_error: float = 0.0
+    wheel_radius_error: float | tuple[float, float] = 0.0
+    lag: float = 0.0
+    delay: float = 0.0
+
+    def __post_init__(self):
+        number, pair = "a finite number", "a finite number, or a pair of them,"
+        for name, remedy, valid in (
+            ("position_noise", f"{number}, zero or more", lambda value: value >= 0),
+            ("heading_noise", f"{number}, zero or more", lambda value: value >= 0),
+            ("slip", f"{pair} between -1 and 1", lambda value: abs(value) < 1),
+            ("slip_fluctuation", f"{number} from 0 to below 1", lambda value: 0 <= value < 1),
+            ("slip_time", "a positive finite number", lambda value: value > 0),
+            ("wheel_base_error", f"{number} above -1", lambda value: value > -1),
+            ("wheel_radius_error", f"{pair} above -1", lambda value: value > -1),
+            ("lag", f"{number}, zero or more", lambda value: value >= 0),
+            ("delay", f"{number}, zero or more", lambda value: value >= 0),
+        ):
+            given = getattr(self, name)
+            try:
+                value = np.asarray(given, float)
+            except (TypeError, ValueError, OverflowError):
+                value = np.array(np.nan)
+            shapes = [(), (2,)] if remedy.startswith(pair) else [()]
+            if value.shape not in shapes or not all(
+                np.isfinite(entry) and valid(entry) for entry in value.flat
+            ):
+                raise InvalidParameter(f"disturbance.{name} is {given!r}; give {remedy}")
+            # What is given per wheel becomes a pair.
+            value = np.broadcast_to(value, shapes[-1]).tolist()
+            object.__setattr__(self, name, tuple(value) if len(shapes) > 1 else value)
+
+    @property
+    def noisy(self):
+        """Whether the measured pose differs from the true one."""
+        return bool(self.position_noise or self.heading_noise)
+
+    def delayed_steps(self, dt):
+        """Time steps by which a command is late.
+
+        Parameters
+        ----------
+        dt : float
+            Time step (s).
+
+        Raises
+        ------
+        InvalidParameter
+            For a delay that is not a whole number of them.
+        """
+        steps = np.rint(self.delay / dt)
+        if not isclose(steps * dt, self.delay, rel_tol=1e-9):
+            raise InvalidParameter(
+                f"disturbance.delay is {self.delay:g} s, no whole number of time steps of "
+                f"{dt:g} s; give {np.floor(self.delay / dt) * dt:g} or "
+                f"{np.ceil(self.delay / dt) * dt:g} s, or change dt"
+            )
+        return steps
+
+    def lag_shares(self, dt):
+        """What a time step leaves of the difference of a wheel from its target.
+
+        Parameters
+        ----------
+        dt : float
+            Time step (s).
+
+        Returns
+        -------
+        mean, end : float
+            On average over the step, and at its end.
+        """
+        if not self.lag:
+            return 0.0, 0.0
+        return -expm1(-dt / self.lag) * self.lag / dt, exp(-dt / self.lag)
+
+    def start(self, shape, samples, dt, seed):
+        """What disturbs measurement and wheels, sample by sample.
+
+        Parameters
+        ----------
+        shape : tuple of int
+            ``()`` for one robot, ``(n,)`` for a batch.
+        samples : int
+            How many are asked for.
+        dt : float
+            Time between them (s).
+        seed : int or (int, int)
+            Seed, see `simulate`.
+
+        Yields
+        ------
+        noise : ndarray, shape (3, *shape)
+            What is added to x, y (m) and heading (rad).
+        rolled : ndarray, shape (2, *shape) or (2, 1)
+            Way over the ground of the right and the left wheel, relative to
+            the way that turning without slip and with the robot's own wheel
+            radius would make.
+        """
+        ones = (1,) * len(shape)
+        slip = np.reshape(self.slip, (2, *ones))
+        radius = 1 + np.reshape(self.wheel_radius_error, (2, *ones))
+        deviation = np.reshape([self.position_noise] * 2 + [self.heading_noise], (3, *ones))
+        if not (self.noisy or self.slip_fluctuation):
+            still, rolled = np.zeros((3, *ones)), radius * (1 - slip)
+            for _ in range(samples):
+                yield still, rolled
+            return
+        # The process at the samples, exactly: what is left of it, and what is new.
+        kept = exp(-dt / self.slip_time)
+        new = self.slip_fluctuation * (-expm1(-2 * dt / self.slip_time)) ** 0.5
+        fluctuation = None
+        for normal in normals(seed, shape, samples):
+            if fluctuation is None:
+                fluctuation = self.slip_fluctuation * normal[3:]
+            else:
+                fluctuation = kept * fluctuation + new * normal[3:]
+            yield deviation * normal[:3], radius * (1 - np.clip(slip + fluctuation, -1, 1))
+
+
+def normals(seed, shape, samples):
+    """Standard normal numbers, sample by sample, each robot's its own.
+
+    Parameters
+    ----------
+    seed : int or (int, int)
+        Seed, and the number of the first robot; 0 if there is none.
+    shape : tuple of int
+        ``()`` for one robot, ``(n,)`` for a batch.
+    samples : int
+        How many are asked for.
+
+    Yields
+    ------
+    ndarray, shape (5, *shape)
+        One sample. A robot's depend on the seed and on its number alone, not
+        on who else is in the batch nor on how many samples are asked for.
+    """
+    entropy, first = as_seed(seed)
+    streams = [
+        np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(first + number,)))
+        for number in range(int(np.prod(shape)))
+    ]
+    for begin in range(0, samples, BLOCK):
+        drawn = np.empty((len(streams), min(BLOCK, samples - begin), CHANNELS))
+        for stream, rows in zip(streams, drawn, strict=True):
+            stream.standard_normal(out=rows)
+        drawn = np.ascontiguousarray(np.moveaxis(drawn, 0, -1))
+        yield from drawn.reshape(-1, CHANNELS, *shape)
+
+
+def as_seed(seed):
+    """`seed` as a seed and the number of the first robot, or `InvalidParameter`."""
+    try:
+        entropy, first = map(operator.index, seed if isinstance(seed, tuple | list) else (seed, 0))
+    except (TypeError, ValueError):
+        entropy = first = -1
+    if entropy < 0 or first < 0:
+        raise InvalidParameter(
+            f"seed is {seed!r}; give a whole number from 0 on, or a pair of them: "
+            "the seed, and the number of the first robot"
+        )
+    return entropy, first
+
+
+def as_disturbance(disturbance):
+    """`disturbance`, none of it for None; `InvalidParameter` for anything else."""
+    if disturbance is None:
+        return Disturbance()
+    if not isinstance(disturbance, Disturbance):
+        raise InvalidParameter(f"disturbance is {disturbance!r}; give a Disturbance")
+    return disturbance
