@@ -23,6 +23,15 @@ def test_first_path(capsys):
         assert line in printed
 
 
+def test_batch(capsys):
+    load("batch").main(robots=20, repeats=1)
+    printed = capsys.readouterr().out
+    for line in ("20 undisturbed", "1 disturbed", "batch over single, disturbed"):
+        assert line in printed
+    assert printed.count("True") == 2
+    assert "False" not in printed
+
+
 def test_notebooks(tmp_path, capsys):
     file = tmp_path / "tiny.ipynb"
     nbformat.write(new_notebook(cells=[new_code_cell("1 + 1")]), file)
