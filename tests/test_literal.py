@@ -22,7 +22,9 @@ def test_what_the_words_alone_solve(cases, tables, robot, name, concentric, oute
     case, world = cases[name], tables[cases[name].table]
     options = {"concentric": concentric, "outer_endpoints": outer_endpoints}
     if name not in SOLVED[concentric, outer_endpoints]:
-        with pytest.raises(fs.Trapped, match=r"no endpoint, or none left|no tangent leads") as trapped:
+        with pytest.raises(
+            fs.Trapped, match=r"no endpoint, or none left|no tangent leads"
+        ) as trapped:
             fs.literal_plan(world, case.start, case.goal, **options)
         # What it tried: the straight line, and turns that were not enough.
         kinds = [step.kind for step in trapped.value.steps]
