@@ -1,0 +1,45 @@
+import numpy as np
+import shapely
+from numpy.testing import assert_array_equal
+
+from freeseg import studies
+
+
+def test_random_cases_repeat_and_their_ends_are_free(robot):
+    sizes = set()
+    for seed in range(40):
+        world, start, goal = studies.random_case(seed)
+        again, *ends = studies.random_case(seed)
+        assert_array_equal(world.edges, again.edges)
+        assert_array_equal([start, goal], ends)
+        assert 1 <= len(world) <= 60
+        for end in (start, goal):
+            assert world.distances(shapely.Point(end)).min() > robot.radius
+        sizes.add(len(world))
+    assert len(sizes) > 20
+
+
+def test_rules_are_compared_with_the_optimum(robot):
+    seeds = range(100, 130)
+    rows = {row["rule"]: row for row in studies.compare_rules(seeds)}
+    assert list(rows) == list(studies.RULES)
+    lengths = [studies.try_rules(seed) for seed in seeds]
+    for rule, row in rows.items():
+        assert row["worlds"] == 30
+        assert row["min_clearance_m"] >= robot.radius - 1e-9
+        found = [case[rule][0] for case in lengths if np.isfinite(case["exact"][0])]
+        assert row["solved"] == np.isfinite(found).sum()
+        assert 1 - 1e-3 <= row["median_ratio"] <= row["p95_ratio"] <= row["max_ratio"]
+    assert rows["exact"]["solved"] == rows["exact"]["solvable"] > 25
+    assert rows["exact"]["max_ratio"] == 1
+    assert rows["exact"]["tighter"] == 0
+    assert rows["completed"]["solved"] == rows["completed"]["solvable"]
+    assert rows["literal"]["solved"] < rows["completed"]["solved"]
+    worst = max(
+        case["rooms"][0] / case["exact"][0] for case in lengths if np.isfinite(case["rooms"][0])
+    )
+    assert rows["rooms"]["max_ratio"] == worst
+
+
+def test_cores_do_not_matter():
+    assert studies.compare_rules(range(6), jobs=2) == studies.compare_rules(range(6))
