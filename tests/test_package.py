@@ -27,6 +27,7 @@ DIRECT = [
     "ruff",
     "scipy",
     "shapely",
+    "sympy",
     "tqdm",
 ]
 
@@ -36,7 +37,7 @@ def requirement_lines():
     return [line for line in lines if line and not line.startswith("#")]
 
 
-@pytest.mark.parametrize("slow", ["casadi", "control", "matplotlib"])
+@pytest.mark.parametrize("slow", ["casadi", "control", "matplotlib", "sympy"])
 def test_importing_freeseg_does_not_import(slow):
     # In a process of its own: here, other tests have imported everything.
     code = f"import freeseg, sys; assert 'numpy' in sys.modules; sys.exit({slow!r} in sys.modules)"
