@@ -28,7 +28,7 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
         Equal seeds give equal worlds.
     shapes : sequence of str, optional
         ``"disc"``, ``"polygon"`` or both, which then are equally likely. A
-        polygon has three to seven corners and is seldom convex.
+        polygon has three to seven corners and need not be convex.
     area : float, optional
         Area of the square per obstacle (m^2); the smaller, the more crowded.
 

@@ -89,7 +89,7 @@ def compare_rules(seeds, jobs=1):
         straight way) and ``solved``; ``tighter``, paths that it found where
         none keeps R_D, by straight pieces that keep only R_r;
         ``median_ratio``, ``p95_ratio`` and ``max_ratio`` of the length to the
-        optimum; ``optimal``, the share of paths within 0.1 % of it;
+        optimum; ``optimal``, the share of these within 0.1 % of it;
         ``min_clearance_m``.
     """
     # Imported here: few need many cores.

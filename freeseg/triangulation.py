@@ -7,7 +7,8 @@ import numpy as np
 
 from freeseg.geometry import cross, unit
 
-#: Polygon edges are divided so that no part is longer (m): the triangulation then follows them.
+#: Polygon edges are divided so that no part is longer (m): the triangulation then nearly always
+#: follows them.
 PART = 0.1
 
 #: How many points far outside stand round the world, so that there are rooms all round it.

@@ -28,7 +28,7 @@ def _rooms(world, robot, margin):
     """Graph of the rooms, for all queries of a world.
 
     A node is one end of a safe segment, where the robot passes it close to
-    the obstacle there; links lead through a room from segment to segment.
+    the obstacle there; links join ends of two safe edges of one triangle.
 
     Returns
     -------
@@ -37,15 +37,17 @@ def _rooms(world, robot, margin):
         For both ends of every edge, where the robot passes it (m).
     safe : ndarray of bool, shape (e,)
         Whether the edge is a safe segment.
-    links : ndarray of int, shape (2, k)
-        Nodes, 2 e + end, that every link joins; both ways, by first node.
+    heads : ndarray of int, shape (k,)
+        Node, 2 e + end, that every link leads to; sorted by where from.
+    begins : ndarray of int, shape (2 e + 1,)
+        Where in `heads` the links of each node begin.
     """
     rooms = triangulate(world)
     ends, radii = rooms.points[rooms.edges], rooms.radii[rooms.edges]
     across = ends[:, 1] - ends[:, 0]
     length = np.hypot(*across.T)
     gap = length - radii.sum(1)
-    # Edges between parts of one obstacle are walls.
+    # Edges between parts of one obstacle are walls, also across bays: no way leads out of these.
     first, second = rooms.obstacle[rooms.edges].T
     safe = (gap >= robot.diameter + margin) & ((first != second) | (first < 0))
     # Beside the obstacle, but not beyond the middle of the gap.
@@ -59,7 +61,9 @@ def _rooms(world, robot, margin):
     pairs = pairs[safe[pairs].all(1)]
     nodes = 2 * pairs[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
     nodes = nodes.reshape(-1, 2)
-    return rooms, places, safe, nodes[np.argsort(nodes[:, 0], kind="stable")].T
+    tails, heads = nodes[np.argsort(nodes[:, 0], kind="stable")].T
+    begins = np.searchsorted(tails, np.arange(2 * len(places) + 1))
+    return rooms, places, safe, heads, begins
 
 
 def search_rooms(query, steps):
@@ -87,7 +91,7 @@ def search_rooms(query, steps):
     """
     if query.danger(steps[-1].path) is None:
         return [], ()
-    rooms, places, safe, links = _rooms(query.world, query.robot, query.margin)
+    rooms, places, safe, *links = _rooms(query.world, query.robot, query.margin)
     first, last = rooms.find(query.start), rooms.find(query.goal)
     if first is not None and first == last:
         return _solve_dangers(query, [], steps), ()
@@ -96,7 +100,8 @@ def search_rooms(query, steps):
         edges = _find_way(query, places, safe, links, rooms.edges_of[[first, last]])
     if edges is None:
         raise Trapped(
-            "no safe segments lead from the start to the goal; ask fs.shortest_path, which tries "
+            "no safe segments between different obstacles lead from the start to the goal; ask "
+            "fs.shortest_path, which tries "
             "every way, or plan for a smaller robot or margin",
             steps,
         )
@@ -162,6 +167,7 @@ def _find_way(query, places, safe, links, rooms):
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
+    heads, begins = links
     points = places.reshape(-1, 2)
     to_goal = np.hypot(*(points - query.goal).T)
     from_start = np.hypot(*(points - query.start).T)
@@ -172,7 +178,13 @@ def _find_way(query, places, safe, links, rooms):
     for excess in EXCESS:
         # No node outside of this ellipse is on a way that is at most so much longer.
         inside = from_start + to_goal <= (1 + excess) * straight
-        tail, head = links[:, inside[links[0]] & inside[links[1]]]
+        nodes = np.flatnonzero(inside)
+        counts = begins[nodes + 1] - begins[nodes]
+        tail = np.repeat(nodes, counts)
+        head = heads[
+            np.arange(len(tail)) + np.repeat(begins[nodes + 1] - np.cumsum(counts), counts)
+        ]
+        tail, head = tail[inside[head]], head[inside[head]]
         first = leave[inside[leave]]
         gain = np.hypot(*(points[tail] - points[head]).T) + to_goal[head] - to_goal[tail]
         gain = np.concatenate([gain, from_start[first] + to_goal[first] - straight])
