@@ -143,10 +143,8 @@ def random_query(world, seed, robot=None, margin=MARGIN):
     free = np.empty((0, 2))
     for _ in range(100):
         points = rng.uniform(low - robot.diameter, high + robot.diameter, (16, 2))
-        near = shapely.points(points)
-        free = np.concatenate(
-            [free, points[world.distances(near[:, None]).min(1, initial=np.inf) > reach]]
-        )
+        close, _, _ = world.near(shapely.points(points), reach)
+        free = np.concatenate([free, np.delete(points, close, axis=0)])
         if len(free) > 1:
             return free[0], free[1]
     raise InvalidWorld("100 times 16 random positions left no two free; give a less crowded world")

@@ -12,6 +12,23 @@ TOUCHING = 1e-12
 TINY = np.finfo(float).tiny
 
 
+def ranges(begins, counts):
+    """Indices of ranges, one range after the other.
+
+    Parameters
+    ----------
+    begins, counts : array_like of int, shape (n,)
+        First index of every range, and how many it has.
+
+    Examples
+    --------
+    >>> ranges([5, 0], [2, 3]).tolist()
+    [5, 6, 0, 1, 2]
+    """
+    ends = np.cumsum(counts)
+    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(begins - (ends - counts), counts)
+
+
 def wrap_angle(angle):
     """Angle brought into (-pi, pi].
 

@@ -13,6 +13,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import (
     angle_of,
     arc_segment_distance,
+    arc_sweep,
     tangents,
     wrap_angle,
 )
@@ -291,10 +292,9 @@ class Path:
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         reach = np.broadcast_to(reach, len(world))
         # An arc is sought in the disc that it is part of.
-        shapes, widths = self._lines.copy(), np.zeros(len(self.pieces))
-        for number, piece in enumerate(self.pieces):
-            if isinstance(piece, Arc):
-                shapes[number], widths[number] = shapely.Point(piece.center), piece.radius
+        is_arc, arcs = self._arcs
+        shapes = np.where(is_arc, shapely.points(arcs[:, :2]), self._lines)
+        widths = arcs[:, 2]
         piece, obstacle = world.tree.query(
             shapes, predicate="dwithin", distance=widths + (world.radii + reach).max()
         )
@@ -313,19 +313,22 @@ class Path:
         """The straight line from end to end of every piece, as Shapely has it."""
         return shapely.linestrings([(piece.start, piece.end) for piece in self.pieces])
 
+    @cached_property
+    def _arcs(self):
+        """Which pieces are arcs, and their numbers (pieces, 5); zeros for lines."""
+        is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
+        arcs = np.zeros((len(self.pieces), 5))
+        for number in np.flatnonzero(is_arc):
+            piece = self.pieces[number]
+            arcs[number] = *piece.center, piece.radius, piece.start_angle, piece.sweep
+        return is_arc, arcs
+
     def _distances(self, world, piece, obstacle):
         """Distance of pieces from obstacles, pair by pair, shape (k,)."""
         distance = shapely.distance(self._lines[piece], world.cores[obstacle])
-        is_arc = np.array([isinstance(part, Arc) for part in self.pieces])[piece]
+        is_arc, arcs = self._arcs
+        is_arc = is_arc[piece]
         if is_arc.any():
-            arcs = np.array(
-                [
-                    (*part.center, part.radius, part.start_angle, part.sweep)
-                    if isinstance(part, Arc)
-                    else (0,) * 5
-                    for part in self.pieces
-                ]
-            )
             # All edges of the obstacle of every pair, one pair after the other.
             piece, met = piece[is_arc], obstacle[is_arc]
             counts = world.edge_counts[met]
@@ -421,10 +424,9 @@ def taut_path(start, circles, goal):
     leave, join = tangents(centers[:-1], signed[:-1], centers[1:], signed[1:])
     if not np.isfinite(leave).all():
         return None, []
-    # Where every circle is joined and left; only the first and the last are points.
-    first, last = angle_of(join[:-1] - centers[1:-1]), angle_of(leave[1:] - centers[1:-1])
-    sense = np.where(signed[1:-1] > 0, 1, -1)
-    sweeps = sense * np.mod(sense * (last - first), 2 * np.pi)
+    # On every circle, from where it is joined to where it is left.
+    first = angle_of(join[:-1] - centers[1:-1])
+    sweeps = arc_sweep(centers[1:-1], np.where(signed[1:-1] > 0, 1, -1), join[:-1], leave[1:])
     lengths = np.hypot(*(join - leave).T)
     pieces, passed = [], []
     for number, (begin, end) in enumerate(zip(leave.tolist(), join.tolist(), strict=True)):

@@ -82,20 +82,39 @@ def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
     check_world(world)
     required = as_robot(robot).diameter + check_positive("margin", margin)
     if neighbours == "chain":
-        first = np.arange(len(world) - 1)
-        second = first + 1
+        pairs = np.column_stack([np.arange(len(world) - 1), np.arange(1, len(world))])
     elif neighbours == "delaunay":
-        first, second = triangulate(world).neighbours.T if len(world) else np.empty((2, 0), int)
+        pairs = triangulate(world).neighbours if len(world) else np.empty((0, 2), int)
     else:
         raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
-    nearest = shapely.shortest_line(world.cores[first], world.cores[second])
-    nearest = shapely.get_coordinates(nearest).reshape(-1, 2, 2)
-    across = unit(angle_of(nearest[:, 1] - nearest[:, 0]))
-    nearest[:, 0] += world.radii[first, None] * across
-    nearest[:, 1] -= world.radii[second, None] * across
-    pairs = zip(first.tolist(), second.tolist(), strict=True)
+    nearest = shapely.get_coordinates(shapely.shortest_line(*world.cores[pairs].T))
+    nearest = nearest.reshape(-1, 2, 2)
+    return make_segments(pairs, nearest, world.radii[pairs], required)
+
+
+def make_segments(obstacles, points, radii, required):
+    """Free segments between points of cores that are grown.
+
+    Parameters
+    ----------
+    obstacles : ndarray of int, shape (k, 2)
+        Indices of both obstacles of every segment.
+    points : ndarray, shape (k, 2, 2)
+        A point of each one's core (m).
+    radii : ndarray, shape (k, 2)
+        Radii by which the cores are grown (m).
+    required : float
+        Length that makes a segment safe (m).
+
+    Returns
+    -------
+    tuple of FreeSegment
+    """
+    across = unit(angle_of(points[:, 1] - points[:, 0]))
+    ends = points + radii[..., None] * np.stack([across, -across], axis=1)
     return tuple(
-        FreeSegment(pair, ends, required) for pair, ends in zip(pairs, nearest, strict=True)
+        FreeSegment(tuple(pair), both, required)
+        for pair, both in zip(obstacles.tolist(), ends, strict=True)
     )
 
 

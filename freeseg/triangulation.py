@@ -5,7 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from freeseg.geometry import cross, unit
+from freeseg.geometry import cross, ranges, unit
 
 #: Polygon edges are divided so that no part is longer (m): the triangulation then nearly always
 #: follows them.
@@ -92,7 +92,7 @@ def triangulate(world):
     length = np.hypot(*(world.edges[:, 1] - world.edges[:, 0]).T)
     parts = np.maximum(np.ceil(length / PART), 1).astype(int)
     edge = np.repeat(np.arange(len(parts)), parts)
-    share = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[edge]
+    share = ranges(np.zeros_like(parts), parts) / parts[edge]
     points = world.edges[edge, 0] + share[:, None] * (world.edges[edge, 1] - world.edges[edge, 0])
     obstacle = np.repeat(np.arange(len(world)), world.edge_counts)[edge]
     middle = (points.min(0) + points.max(0)) / 2

@@ -13,7 +13,7 @@ import shapely
 
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidQuery, InvalidWorld
-from freeseg.geometry import angle_of, cross, unit
+from freeseg.geometry import angle_of, cross, ranges, unit
 
 #: The map of the paper's Fig. 12: x and y from ... to ... (mm).
 MAP_MM = ((0, 900), (-100, 900))
@@ -240,9 +240,7 @@ class World:
 
     def edges_of(self, obstacles):
         """Indices in `edges` of the segments of obstacles, one obstacle after the other."""
-        counts = self.edge_counts[obstacles]
-        before = np.cumsum(counts) - counts
-        return np.arange(counts.sum()) + np.repeat(self.first_edge[obstacles] - before, counts)
+        return ranges(self.first_edge[obstacles], self.edge_counts[obstacles])
 
     @cached_property
     def corners(self):

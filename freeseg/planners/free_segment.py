@@ -12,8 +12,17 @@ import numpy as np
 
 from freeseg.errors import InvalidParameter, Trapped
 from freeseg.geometry import angle_of, arc_segment_distance, arc_sweep, tangents, unit
-from freeseg.path import GRAZING, Arc, Line
-from freeseg.planners.query import ROUND_OFF, Candidate, Plan, Step, TurningPoint, ask
+from freeseg.path import GRAZING, Line
+from freeseg.planners.query import (
+    ROUND_OFF,
+    Candidate,
+    Plan,
+    Step,
+    TurningPoint,
+    ask,
+    needless_turns,
+    repair_kind,
+)
 from freeseg.planners.rooms import search_rooms
 from freeseg.planners.shortest import ShortestWay, shortest_path
 from freeseg.segments import MARGIN, find_endpoints, free_segments, group_labels
@@ -87,7 +96,7 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     """
     query = ask(world, start, goal, robot, margin)
     searches = {"chain": _search_chain, "delaunay": search_rooms}
-    if neighbours not in list(searches):
+    if neighbours not in list(searches):  # not in the dict, for it may have no hash
         raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
     steps = [Step("straight", query.connect([])[0])]
     try:
@@ -99,8 +108,7 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
             raise
         best = shortest_path(world, start, goal, robot, margin)
         path, turns, segments = best.path, best.turning_points, ()
-        # The straight line is there already, but where it is the shortest way it comes last.
-        steps += best.steps[1:]
+        steps += best.steps[1:]  # the straight line is there already
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
 
 
@@ -160,7 +168,7 @@ class _Search:
             turns = self.turns.copy()
             turns.insert(leg_number, self.turn(chosen.endpoint, chosen.sense))
             if self.adopt(turns):
-                kind = "turning point" if first else "case 1" if distance <= 0 else "case 2"
+                kind = "turning point" if first else repair_kind(distance)
                 self.record(kind, blocking=blocking, leg=leg, candidates=candidates)
                 if not self.drop_needless_turns():
                     self.go_round_group(blocking)
@@ -185,15 +193,11 @@ class _Search:
         return True
 
     def drop_needless_turns(self):
-        """Drop turns that a later one made needless; False if that fails.
-
-        Such a turn shows as an arc of more than half a turn: the taut path
-        would leave its circle before it arrives there.
-        """
+        """Drop turns that a later one made needless; False if that fails."""
         while needless := [
-            passed
-            for piece, passed in zip(self.path.pieces, self.passed, strict=True)
-            if isinstance(piece, Arc) and abs(piece.sweep) > np.pi and self.turns[passed].endpoint
+            number
+            for number in needless_turns(self.path, self.passed)
+            if self.turns[number].endpoint
         ]:
             turns = [turn for number, turn in enumerate(self.turns) if number != needless[0]]
             dropped = self.turns[needless[0]].obstacle

@@ -4,7 +4,7 @@ import numpy as np
 
 from freeseg.errors import Trapped
 from freeseg.geometry import cross
-from freeseg.planners.query import Plan, Step, TurningPoint, ask
+from freeseg.planners.query import Plan, Step, TurningPoint, ask, repair_kind
 from freeseg.segments import MARGIN, find_endpoints, free_segments
 
 
@@ -76,7 +76,7 @@ def literal_plan(
                 "plan with fs.plan",
                 steps,
             )
-        kind = "turning point" if len(turns) == 1 else "case 1" if distance <= 0 else "case 2"
+        kind = "turning point" if len(turns) == 1 else repair_kind(distance)
         steps.append(Step(kind, path, blocking=blocking, leg=np.array([before, after])))
     query.verify(path, steps)
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)

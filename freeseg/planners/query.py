@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
-from freeseg.path import GRAZING, Path, taut_path
+from freeseg.path import GRAZING, Arc, Path, taut_path
 from freeseg.robot import KheperaIV, as_robot, check_positive
 from freeseg.segments import Endpoint
 from freeseg.world import World, as_position, check_world
@@ -151,6 +151,32 @@ def turning_radius(robot, margin):
     narrowest safe segment.
     """
     return robot.radius + margin / 2
+
+
+def repair_kind(distance):
+    """Case of a danger problem (section 3.3.1), given path and obstacle's distance (m).
+
+    Case 1 where the path meets the obstacle, case 2 where only the robot's disc does.
+    """
+    return "case 1" if distance <= 0 else "case 2"
+
+
+def needless_turns(path, passed):
+    """Numbers of the turns whose arc is more than half a turn, in driving order.
+
+    There the taut path would leave the circle before it arrives: a sign that a later
+    turn made this one needless.
+
+    Parameters
+    ----------
+    path, passed
+        From `taut_path`.
+    """
+    return [
+        number
+        for piece, number in zip(path.pieces, passed, strict=True)
+        if isinstance(piece, Arc) and abs(piece.sweep) > np.pi
+    ]
 
 
 @dataclass(frozen=True, eq=False)

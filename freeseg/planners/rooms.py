@@ -12,10 +12,15 @@ from functools import lru_cache
 import numpy as np
 
 from freeseg.errors import Trapped
-from freeseg.geometry import cross, point_segment_distance
-from freeseg.path import Arc
-from freeseg.planners.query import Step, TurningPoint, turning_radius
-from freeseg.segments import Endpoint, FreeSegment
+from freeseg.geometry import cross, point_segment_distance, ranges
+from freeseg.planners.query import (
+    Step,
+    TurningPoint,
+    needless_turns,
+    repair_kind,
+    turning_radius,
+)
+from freeseg.segments import Endpoint, make_segments
 from freeseg.triangulation import triangulate
 
 #: How much longer than the straight line the way may become, as a share of that line: at first,
@@ -101,13 +106,15 @@ def search_rooms(query, steps):
     if edges is None:
         raise Trapped(
             "no safe segments between different obstacles lead from the start to the goal; ask "
-            "fs.shortest_path, which tries "
-            "every way, or plan for a smaller robot or margin",
+            "fs.shortest_path, which tries every way, or plan for a smaller robot or margin",
             steps,
         )
     # The sites to the left and to the right of every segment passed.
     sites = _orient(rooms, edges, first)
-    segments = _segments(query, rooms, sites)
+    required = query.robot.diameter + query.margin
+    segments = make_segments(
+        rooms.obstacle[sites], rooms.points[sites], rooms.radii[sites], required
+    )
     reach = np.append(query.turning_radii, 0.0)[rooms.obstacle[sites]] * (1, -1)
     turns = []
     for number, side in pull_taut(query.start, rooms.points[sites], reach, query.goal):
@@ -134,12 +141,7 @@ def _solve_dangers(query, turns, steps):
             )
         seen.add(key)
         steps.append(Step(kind, path, blocking=blocking))
-        needless = {
-            number
-            for piece, number in zip(path.pieces, passed, strict=True)
-            if isinstance(piece, Arc) and abs(piece.sweep) > np.pi
-        }
-        if needless:
+        if needless := needless_turns(path, passed):
             turns = [turn for number, turn in enumerate(turns) if number not in needless]
             kind, blocking = "needless turn", None
             continue
@@ -153,7 +155,7 @@ def _solve_dangers(query, turns, steps):
         center = corners[np.argmin(point_segment_distance(corners, np.stack([begin, end])))]
         sense = 1 if cross(end - begin, center - begin) > 0 else -1
         radius = float(query.turning_radii[blocking])
-        kind = "case 1" if distance <= 0 else "case 2"
+        kind = repair_kind(distance)
         turns = turns.copy()
         turns.insert(passed[number], TurningPoint(None, blocking, center, radius, sense))
 
@@ -180,10 +182,7 @@ def _find_way(query, places, safe, links, rooms):
         inside = from_start + to_goal <= (1 + excess) * straight
         nodes = np.flatnonzero(inside)
         counts = begins[nodes + 1] - begins[nodes]
-        tail = np.repeat(nodes, counts)
-        head = heads[
-            np.arange(len(tail)) + np.repeat(begins[nodes + 1] - np.cumsum(counts), counts)
-        ]
+        tail, head = np.repeat(nodes, counts), heads[ranges(begins[nodes], counts)]
         tail, head = tail[inside[head]], head[inside[head]]
         first = leave[inside[leave]]
         gain = np.hypot(*(points[tail] - points[head]).T) + to_goal[head] - to_goal[tail]
@@ -222,19 +221,6 @@ def _orient(rooms, edges, room):
         pair = rooms.rooms_of[edge]
         room = pair[0] if pair[1] == room else pair[1]
     return np.array(sites)
-
-
-def _segments(query, rooms, sites):
-    """Free segments between pairs of sites."""
-    center, radius = rooms.points[sites], rooms.radii[sites]
-    across = center[:, 1] - center[:, 0]
-    across /= np.hypot(*across.T)[:, None]
-    ends = center + radius[..., None] * np.stack([across, -across], axis=1)
-    required = query.robot.diameter + query.margin
-    obstacles = rooms.obstacle[sites].tolist()
-    return tuple(
-        FreeSegment(tuple(pair), both, required) for pair, both in zip(obstacles, ends, strict=True)
-    )
 
 
 def pull_taut(start, centers, signed, goal):

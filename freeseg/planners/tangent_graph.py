@@ -12,6 +12,7 @@ import numpy as np
 from freeseg.geometry import (
     angle_of,
     point_segment_distance,
+    ranges,
     tangents,
     touching_points,
     unit,
@@ -137,7 +138,9 @@ class TangentGraph:
             Segments and the distance to keep from each (m).
         """
         old_circles, old_edges = len(self.radii), len(self.reach)
-        self._keep(unblocked(self.lines, edges, reach))
+        left = unblocked(self.lines, edges, reach)
+        self.circles, self.senses = self.circles[left], self.senses[left]
+        self.lines = self.lines[left]
         self.centers = np.concatenate([self.centers, centers])
         self.radii = np.concatenate([self.radii, radii])
         self.edges = np.concatenate([self.edges, edges])
@@ -147,8 +150,7 @@ class TangentGraph:
 
         # Every pair of a new circle with one before it, in all pairs of senses.
         new = np.arange(old_circles, len(self.radii))
-        second = np.arange(new.sum()) - np.repeat(np.cumsum(new) - new, new)
-        pairs = np.column_stack([np.repeat(new, new), second])
+        pairs = np.column_stack([np.repeat(new, new), ranges(np.zeros_like(new), new)])
         circles = np.repeat(pairs, 4, axis=0)
         senses = np.tile([[1, 1], [1, -1], [-1, 1], [-1, -1]], (len(pairs), 1))
         # A point is driven round one way.
@@ -162,11 +164,6 @@ class TangentGraph:
         self.circles = np.concatenate([self.circles, circles[free]])
         self.senses = np.concatenate([self.senses, senses[free]])
         self.lines = np.concatenate([self.lines, lines[free]])
-
-    def _keep(self, rows):
-        """Forget all other tangents."""
-        self.circles, self.senses = self.circles[rows], self.senses[rows]
-        self.lines = self.lines[rows]
 
     def _close(self, circles, which):
         """Find where circles are too close to edges.
