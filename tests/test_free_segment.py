@@ -7,6 +7,7 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from worlds import transformed
 
 import freeseg as fs
 from freeseg.path import Line, taut_path
@@ -65,17 +66,7 @@ def moved(world, turn, shift=(0, 0)):
     else:
         matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
 
-    def move(points):
-        return np.asarray(points) @ matrix.T + shift
-
-    return fs.World(
-        [
-            fs.Disc(move(obstacle.center), obstacle.radius)
-            if isinstance(obstacle, fs.Disc)
-            else fs.Polygon(move(obstacle.vertices))
-            for obstacle in world.obstacles
-        ]
-    ), move
+    return transformed(world, matrix, shift)
 
 
 # --- the paper's 16 cases ------------------------------------------------------------------------
