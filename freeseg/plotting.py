@@ -52,7 +52,7 @@ def _patch(obstacle, **style):
     return PolygonPatch(1000 * obstacle.vertices, **style)
 
 
-def plot_world(world, ax=None):
+def plot_world(world, ax=None, numbers=True):
     """Obstacles with their numbers.
 
     Parameters
@@ -61,6 +61,8 @@ def plot_world(world, ax=None):
         Obstacles.
     ax : matplotlib Axes, optional
         Where to draw.
+    numbers : bool, optional
+        Whether to write the numbers; on many small obstacles they hide them.
 
     Returns
     -------
@@ -71,6 +73,8 @@ def plot_world(world, ax=None):
     style = {"facecolor": PALETTE["obstacle"], "edgecolor": PALETTE["outline"], "zorder": 2}
     for number, obstacle in enumerate(world.obstacles, 1):
         ax.add_patch(_patch(obstacle, **style))
+        if not numbers:
+            continue
         middle = 1000 * np.array(obstacle.core.representative_point().coords[0])
         label = ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
         label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])

@@ -87,6 +87,12 @@ def test_plot_world_draws_every_obstacle_in_mm_with_its_number(world, ax):
     assert ax.get_ylim()[0] <= -100
 
 
+def test_plot_world_without_numbers(world, ax):
+    fs.plotting.plot_world(world, ax, numbers=False)
+    assert len(ax.patches) == 3
+    assert not ax.texts
+
+
 def test_plot_world_of_no_obstacle(ax):
     assert fs.plotting.plot_world(fs.World([]), ax) is ax
     assert len(ax.patches) == 0
