@@ -4,14 +4,24 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.path import Path
 from freeseg.robot import as_robot, check_positive
+from freeseg.smoothing import moving_average
+from freeseg.world import check_world
 
 #: Cruising speed (m/s) and acceleration along the path (m/s^2). Not published: assumptions.
 SPEED, ACCELERATION = 0.1, 0.2
+
+#: Length (m) over which a step of the curvature may become a ramp: the robot turns 20 degrees at
+#: most on it, and the path moves by half a millimetre. An assumption.
+SMOOTHING = 0.03
+
+#: Way between two places where the speed is limited (m), and how many a short path has at least.
+SPACING, LEAST_INTERVALS = 0.0005, 200
 
 #: Time between two points of a reference (s), and how many points a slow one has at most.
 GRID, MOST_POINTS = 0.001, 200_000
@@ -41,6 +51,8 @@ class Reference:
         Speed v_r (m/s) and turn rate w_r (rad/s).
     v_dot, omega_dot : ndarray, shape (n,)
         Their rates (m/s^2, rad/s^2).
+    shift : float
+        How far smoothing moved the path at most (m).
 
     Raises
     ------
@@ -54,6 +66,7 @@ class Reference:
     omega: np.ndarray
     v_dot: np.ndarray
     omega_dot: np.ndarray
+    shift: float = 0.0
 
     def __post_init__(self):
         n = len(self.t)
@@ -121,8 +134,17 @@ class Reference:
         return look
 
 
-def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
-    """Drive a path from rest to rest with a trapezoidal speed.
+def make_reference(
+    path,
+    robot=None,
+    speed=SPEED,
+    acceleration=ACCELERATION,
+    smoothing=0.0,
+    world=None,
+    start_speed=0.0,
+    end_speed=0.0,
+):
+    """Drive a path as fast as speed, acceleration and wheels allow.
 
     The paper publishes no speed and no time law: both are assumptions.
 
@@ -131,11 +153,18 @@ def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
     path : Path
         What to follow.
     robot : KheperaIV, optional
-        Robot; its wheels bound the speed.
+        Robot; its wheels limit speed and acceleration.
     speed : float, optional
-        Cruising speed (m/s).
+        Cruising speed (m/s); slower where the outer wheel needs it.
     acceleration : float, optional
-        Rate at which it is reached and left (m/s^2).
+        Largest rate at which it changes (m/s^2); less where wheels need it.
+    smoothing : float, optional
+        Length over which a step of the curvature becomes a ramp (m), see
+        `moving_average`: `SMOOTHING` is a good one. Zero leaves the steps.
+    world : World, optional
+        Obstacles; needed for smoothing, which moves the path a little.
+    start_speed, end_speed : float, optional
+        Speed at the ends of the path (m/s); at rest by default.
 
     Returns
     -------
@@ -145,52 +174,158 @@ def make_reference(path, robot=None, speed=SPEED, acceleration=ACCELERATION):
     Raises
     ------
     InvalidParameter
-        For a speed or an acceleration that is not positive or that a wheel
-        cannot deliver on the tightest arc of the path.
+        For a speed or an acceleration that is not positive or beyond what a
+        wheel can do; a smoothing without a world, longer than the radius
+        of an arc, or that takes the robot's disc into an obstacle; a speed
+        at an end that the path does not allow. It names the place and the
+        limit.
 
     Notes
     -----
-    Where a line meets an arc, the curvature and so w_r jump: no robot
-    follows that exactly. omega_dot is the rate without these jumps.
+    The largest v^2 at every place comes from one pass forwards and one
+    backwards: from each place on, to either side, v^2 rises by at most twice
+    the acceleration per way. A ramp of the curvature changes the wheel speeds
+    at constant v, too. It may take what v' leaves of the wheels'
+    acceleration, and v' takes at most half of it where the path bends: not
+    the fastest law, but one that keeps the limits everywhere.
+
+    Without smoothing, w_r and the wheel speeds jump where a line meets an
+    arc. No robot follows that exactly: the limits then hold but for these
+    jumps, and omega_dot is the rate without them.
 
     Examples
     --------
     >>> import freeseg as fs
-    >>> plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
-    >>> round(make_reference(plan.path).duration, 2)
-    11.82
+    >>> world = fs.load_table(1)
+    >>> path = fs.plan(world, (0, 0), (0.75, 0.75)).path
+    >>> reference = make_reference(path, smoothing=0.03, world=world)
+    >>> round(reference.duration, 2), round(1000 * reference.shift, 2)
+    (11.81, 0.41)
     """
     robot = as_robot(robot)
     speed = check_positive("speed", speed)
     acceleration = check_positive("acceleration", acceleration)
-    if not isinstance(path, Path):
-        raise InvalidParameter(f"path is a {type(path).__name__}; give a Path, such as plan.path")
-    tightest = max(abs(piece.curvature) for piece in path.pieces)
-    outer = 1 + tightest * robot.wheel_base / 2
     for name, value, limit, unit in (
         ("speed", speed, robot.max_wheel_speed, "m/s"),
         ("acceleration", acceleration, robot.max_wheel_acceleration, "m/s^2"),
     ):
-        if value > limit / outer:
+        if value > limit:
             raise InvalidParameter(
-                f"{name} is {value:g} {unit}; on the tightest arc of this path, of radius "
-                f"{1 / tightest if tightest else np.inf:.4f} m, the outer wheel allows at most "
-                f"{limit / outer:.4f} {unit}"
+                f"{name} is {value:g} {unit}; the robot's wheels reach at most {limit:.4f} {unit}"
             )
-    # A short path is left for braking before the cruising speed is reached.
-    top = min(speed, np.sqrt(acceleration * path.length))
-    ramp = top / acceleration
-    duration = ramp + path.length / top
-    t = np.linspace(0, duration, int(min(np.ceil(duration / GRID) + 1, MOST_POINTS)))
-    v = np.minimum(top, acceleration * np.minimum(t, duration - t))
-    v_dot = acceleration * ((t < ramp).astype(float) - (t > duration - ramp))
-    from_end = np.minimum(t, duration - t)
-    ramped = 0.5 * acceleration * np.minimum(from_end, ramp) ** 2 + top * np.maximum(
-        from_end - ramp, 0
+    ends = [
+        check_positive(name, value) if value else 0.0
+        for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
+    ]
+    if not isinstance(path, Path):
+        raise InvalidParameter(f"path is a {type(path).__name__}; give a Path, such as plan.path")
+    width = check_positive("smoothing", smoothing) if smoothing else 0.0
+    course = moving_average(path, width)
+    # The curvature's rate jumps where the window reaches a joint, and where it leaves it.
+    breaks = np.clip(np.add.outer(path.joints, [-width / 2, 0, width / 2]), 0, path.length)
+    count = int(np.clip(np.ceil(path.length / SPACING), LEAST_INTERVALS, MOST_POINTS))
+    # From rest, the speed is reached after this way, which may be far below the spacing.
+    ramp = min(speed**2 / acceleration, path.length) / 2
+    s = np.linspace(0, path.length, count + 1)
+    s = np.union1d(s, [*breaks.flat, ramp, path.length - ramp])
+    s = s[np.diff(s, append=np.inf) > 1e-12 * path.length]
+    s[0] = 0
+    shift = _check_shift(path, course, s, robot, world) if width else 0.0
+
+    # Seen from just inside either end of every interval, for at the ends there may be jumps.
+    inside = course(s[:-1, None] + np.diff(s)[:, None] * [1e-6, 1 - 1e-6])
+    half_base = robot.wheel_base / 2
+    outer = 1 + half_base * np.abs(inside.curvature)
+    bend = half_base * np.abs(inside.curvature_rate)
+    share = np.where(inside.curvature == 0, 1.0, 0.5) * robot.max_wheel_acceleration
+    steepest = np.minimum(acceleration, share / outer).min(1)
+    rest = robot.max_wheel_acceleration - steepest[:, None] * outer
+    cruising = np.minimum(speed, robot.max_wheel_speed / outer)
+    bending = np.divide(rest, bend, out=np.full_like(rest, np.inf), where=bend > 0)
+    most = np.minimum(cruising**2, bending).min(1)
+    most = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
+    way = np.diff(s) * inside.stretch.mean(1)
+    v = _fastest(most, 2 * steepest * way, s, ends)
+
+    times = np.append(0, np.cumsum(2 * way / (v[1:] + v[:-1])))
+    t = np.linspace(0, times[-1], int(min(np.ceil(times[-1] / GRID) + 1, MOST_POINTS)))
+    interval = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(way) - 1)
+    v_dot = (np.diff(v**2) / (2 * way))[interval]
+    since = t - times[interval]
+    passed = since * (v[interval] + v_dot * since / 2) / way[interval]
+    here = course(s[interval] + np.diff(s)[interval] * np.minimum(passed, 1))
+    v = v[interval] + v_dot * since
+    return Reference(
+        t,
+        np.stack([here.x, here.y, here.theta]),
+        v,
+        v * here.curvature,
+        v_dot,
+        v_dot * here.curvature + v**2 * here.curvature_rate,
+        shift,
     )
-    s = np.where(t <= duration / 2, ramped, path.length - ramped)
-    x, y, theta, curvature = path.at(s)
-    return Reference(t, np.stack([x, y, theta]), v, v * curvature, v_dot, v_dot * curvature)
+
+
+def _check_shift(path, course, s, robot, world):
+    """How far smoothing moves a path (m); `InvalidParameter` if into an obstacle."""
+    if world is None:
+        raise InvalidParameter(
+            "smoothing moves the path, and whether it stays free of collisions depends on the "
+            "obstacles; give the world too"
+        )
+    check_world(world)
+    smooth, (x, y, *_) = course(s), path.at(s)
+    points = np.stack([smooth.x, smooth.y], -1)
+    # What the chords between the points cut off from the curve.
+    sag = np.abs(smooth.curvature).max() * np.diff(s).max() ** 2 / 8
+    way = shapely.linestrings(points)
+    _, met, distance = world.near(np.array([way]), robot.radius + sag)
+    if len(met):
+        nearest = np.argmin(distance)
+        place = s[np.argmin(shapely.distance(shapely.points(points), world.cores[met[nearest]]))]
+        raise InvalidParameter(
+            f"smoothing takes the path to {1000 * distance[nearest]:.2f} mm from obstacle "
+            f"{met[nearest] + 1} at {place:.4f} m, nearer than the robot's radius of "
+            f"{1000 * robot.radius:.2f} mm; give less, or plan with a larger margin"
+        )
+    return float(np.hypot(smooth.x - x, smooth.y - y).max())
+
+
+def _fastest(most, climb, s, ends):
+    """Largest speed at every node, by a pass forwards and one backwards.
+
+    Parameters
+    ----------
+    most : ndarray, shape (n,)
+        Largest v^2 at the nodes.
+    climb : ndarray, shape (n - 1,)
+        Largest change of v^2 from node to node.
+    s : ndarray, shape (n,)
+        Where the nodes are (m).
+    ends : pair of float
+        Speed wanted at the first and at the last node (m/s).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Speed (m/s).
+    """
+    climb = np.append(0, np.cumsum(climb))
+    wanted = most.copy()
+    wanted[[0, -1]] = np.square(ends)
+    for name, node in (("start_speed", 0), ("end_speed", -1)):
+        others = wanted.copy()
+        others[node] = most[node]
+        reach = others + np.abs(climb - climb[node])
+        limit = np.argmin(reach)
+        if wanted[node] > reach[limit] * (1 + 1e-9):
+            raise InvalidParameter(
+                f"{name} is {wanted[node] ** 0.5:g} m/s; at {s[limit]:.4f} m the speed is at most "
+                f"{others[limit] ** 0.5:.4f} m/s, and so {reach[limit] ** 0.5:.4f} m/s at this end"
+            )
+    forwards = np.minimum.accumulate(wanted - climb) + climb
+    backwards = np.minimum.accumulate((wanted + climb)[::-1])[::-1] - climb
+    return np.sqrt(np.minimum(forwards, backwards))
 
 
 def tracking_error(reference_pose, pose):

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+import shapely
 from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
 from freeseg.path import Arc, Line
-from freeseg.reference import Reference
+from freeseg.reference import SMOOTHING, Reference
 from freeseg.trackers.sliding_mode import SWITCHING
 
 #: Where a robot may start: 2 cm behind, 3 cm to the left and 20 degrees off.
@@ -126,13 +127,121 @@ def test_speed_is_limited_by_the_outer_wheel(robot):
     reference = fs.make_reference(BEND, speed=0.999 * limit, acceleration=2)
     wheels = robot.to_wheels(reference.v, reference.omega)
     assert 0.99 * robot.max_wheel_speed < wheels.max() <= robot.max_wheel_speed
-    with pytest.raises(fs.InvalidParameter, match=r"speed is .* outer wheel allows"):
-        fs.make_reference(BEND, speed=1.001 * limit)
+    # Asked for more, the robot is as fast as the wheel lets it.
+    reference = fs.make_reference(BEND, speed=robot.max_wheel_speed, acceleration=2)
+    assert reference.v.max() == pytest.approx(limit, rel=1e-12)
     straight = fs.Path([Line((0, 0), (9, 0))])
     with pytest.raises(fs.InvalidParameter, match=r"speed is 1\.1"):
         fs.make_reference(straight, speed=1.1)
     with pytest.raises(fs.InvalidParameter, match="acceleration is 3"):
         fs.make_reference(straight, acceleration=3)
+
+
+def test_smoothing_turns_the_steps_of_the_curvature_into_ramps(path, tables, robot):
+    reference = fs.make_reference(path, smoothing=SMOOTHING, world=tables[1])
+    # The way is a few tenths of a millimetre shorter, and the path is moved by about as much.
+    assert np.trapezoid(reference.v, reference.t) == pytest.approx(path.length, abs=1e-3)
+    widest = max(abs(piece.curvature) for piece in path.pieces) * SMOOTHING**2 / 24
+    assert 0.9 * widest < reference.shift <= widest
+    assert_allclose(reference.pose[:2, [0, -1]].T, [path.start, path.end], atol=1e-12)
+    assert_allclose(np.diff(reference.omega), 0, atol=0.01)
+    assert np.abs(np.diff(fs.make_reference(path).omega)).max() > 0.5
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.5, 0.99])
+@pytest.mark.parametrize("acceleration", [0.2, 2.7])
+def test_smoothed_references_keep_the_limits_of_the_wheels(
+    cases, tables, robot, speed, acceleration
+):
+    for case in cases.values():
+        world = tables[case.table]
+        path = fs.plan(world, case.start, case.goal).path
+        reference = fs.make_reference(path, robot, speed, acceleration, SMOOTHING, world)
+        assert reference.shift <= 0.0007
+        assert reference.v.max() <= speed + 1e-12
+        assert np.abs(reference.v_dot).max() <= acceleration + 1e-9
+        wheels = robot.to_wheels(reference.v, reference.omega)
+        rates = robot.to_wheels(reference.v_dot, reference.omega_dot)
+        assert np.abs(wheels).max() <= robot.max_wheel_speed * (1 + 1e-6)
+        assert np.abs(rates).max() <= robot.max_wheel_acceleration * (1 + 1e-6)
+        # What the wheels do between the points of the grid, and not only what is said of it.
+        slopes = np.diff(wheels) / np.diff(reference.t)
+        assert np.abs(slopes).max() <= robot.max_wheel_acceleration * (1 + 1e-6)
+        # Position, speed and their rates belong together.
+        ways = np.hypot(*np.diff(reference.pose[:2]))
+        assert_allclose(
+            # But for corners of v between two points.
+            ways,
+            np.diff(reference.t) * (reference.v[1:] + reference.v[:-1]) / 2,
+            atol=acceleration * 1e-6 / 2,
+        )
+        turns = np.diff(reference.t) * (reference.omega[1:] + reference.omega[:-1]) / 2
+        assert_allclose(np.diff(reference.pose[2]), turns, atol=2e-5)
+        # Smoothing leaves the robot's disc free.
+        points = shapely.points(reference.pose[:2, ::10].T)
+        assert world.distances(points[:, None]).min() >= robot.radius
+
+
+def test_the_speed_is_as_large_as_the_limits_let_it(path, tables, robot):
+    # Somewhere on the way, one of them is reached, and nearly everywhere speed or acceleration.
+    reference = fs.make_reference(path, robot, 0.99, 2.7, SMOOTHING, tables[1])
+    wheels = robot.to_wheels(reference.v, reference.omega)
+    rates = np.abs(robot.to_wheels(reference.v_dot, reference.omega_dot)).max(0)
+    busy = (np.abs(wheels).max(0) > 0.999 * robot.max_wheel_speed) | (
+        rates > 0.49 * robot.max_wheel_acceleration
+    )
+    assert busy.mean() > 0.95
+    # The acceleration of the wheels is not left unused on ramps of the curvature.
+    assert rates.max() > 0.98 * robot.max_wheel_acceleration
+
+
+def test_given_speeds_at_the_ends_by_hand():
+    # From 0.3 to 0.1 m/s over 1 m, 0.2 m/s^2, cruising at 0.4 m/s: ramps of 0.175 and 0.375 m.
+    straight = fs.Path([Line((0, 0), (1, 0))])
+    reference = fs.make_reference(straight, speed=0.4, start_speed=0.3, end_speed=0.1)
+    assert_allclose(reference.v[[0, -1]], [0.3, 0.1], atol=1e-12)
+    assert reference.duration == pytest.approx(0.5 + 0.45 / 0.4 + 1.5, rel=1e-5)
+    assert reference.v.max() == pytest.approx(0.4)
+
+
+def test_ends_that_the_path_does_not_allow(path, robot):
+    short = fs.Path([Line((0, 0), (0.1, 0))])
+    # From 0.1 m at 0.2 m/s^2, the robot stops from sqrt(2 * 0.2 * 0.1) = 0.2 m/s at most.
+    with pytest.raises(
+        fs.InvalidParameter, match=r"start_speed is 0\.3 .* 0\.1000 m .* 0\.2000 m/s"
+    ):
+        fs.make_reference(short, speed=0.5, start_speed=0.3)
+    with pytest.raises(fs.InvalidParameter, match=r"end_speed is 0\.3 .* 0\.0000 m .* 0\.2000 m/s"):
+        fs.make_reference(short, speed=0.5, end_speed=0.3)
+    assert fs.make_reference(short, speed=0.5, start_speed=0.2).v[0] == pytest.approx(0.2)
+    # On an arc, the outer wheel is the limit, and the arc the place.
+    limit = robot.max_wheel_speed / (1 + robot.wheel_base / 0.6)
+    with pytest.raises(fs.InvalidParameter, match=f"start_speed is .* {limit:.4f} m/s at this end"):
+        fs.make_reference(BEND, speed=0.9, acceleration=2, start_speed=limit + 0.01)
+    for name in ("start_speed", "end_speed"):
+        for value in (-0.1, np.nan, "fast", 0.11):
+            with pytest.raises(fs.InvalidParameter, match=f"{name} is "):
+                fs.make_reference(path, speed=0.1, **{name: value})
+
+
+def test_smoothing_that_makes_no_sense(path, tables):
+    with pytest.raises(fs.InvalidParameter, match="give the world"):
+        fs.make_reference(path, smoothing=SMOOTHING)
+    with pytest.raises(fs.InvalidQuery, match="give a World"):
+        fs.make_reference(path, smoothing=SMOOTHING, world=[])
+    for value in (-0.01, np.nan, np.inf, "wide"):
+        with pytest.raises(fs.InvalidParameter, match="smoothing is "):
+            fs.make_reference(path, smoothing=value, world=tables[1])
+    with pytest.raises(fs.InvalidParameter, match=r"radius 0\.0\d+ m of the arc .* 0\.\d+ m"):
+        fs.make_reference(path, smoothing=0.2, world=tables[1])
+
+
+def test_smoothing_never_costs_the_clearance(robot):
+    # The path just passes the obstacle inside its bend; moved inwards, it would not.
+    world = fs.World([fs.Disc((0, 0.3), 0.3 - robot.radius - 0.0001)])
+    fs.make_reference(BEND, smoothing=0.02, world=world)
+    with pytest.raises(fs.InvalidParameter, match=r"70\.\d\d mm from obstacle 1 at 0\.\d+ m"):
+        fs.make_reference(BEND, smoothing=0.03, world=world)
 
 
 @pytest.mark.parametrize("path", [None, [(0, 0), (1, 1)], Line((0, 0), (1, 0))])

@@ -1,0 +1,134 @@
+"""A path without curvature steps: its moving average."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+from freeseg.geometry import wrap_angle
+from freeseg.path import Arc, Line, Path
+
+
+class Course(NamedTuple):
+    """Where a curve is at parameters s, and how it changes there; shapes (...).
+
+    Position x, y (m) and heading theta (rad); way along the curve per s;
+    curvature, the turn per way (1/m), and its rate per way (1/m^2).
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    theta: np.ndarray
+    stretch: np.ndarray
+    curvature: np.ndarray
+    curvature_rate: np.ndarray
+
+
+def moving_average(path, width):
+    """A path, averaged over a window that slides along it.
+
+    The average of the position has a box filter's tangent and so, but for
+    the turn within a window, a box filter's curvature: its steps become
+    ramps as long as the window. Nothing adds up along the way: lines stay
+    where they are but for half a window at their ends, and so do the path's
+    ends.
+
+    Parameters
+    ----------
+    path : Path
+        Lines and arcs.
+    width : float
+        Width w of the window (m), that of a shorter path its length; zero for
+        the path itself.
+
+    Returns
+    -------
+    callable
+        ``course(s) -> Course``, for arc lengths s of the path (m), which the
+        window is centred on.
+
+    Raises
+    ------
+    InvalidParameter
+        For a window longer than the radius of an arc.
+
+    Notes
+    -----
+    With p the path and P' = p, the average is (P(s + w/2) - P(s - w/2)) / w,
+    and its derivatives are such differences of p, p' and p''. It is away
+    from p(s) by at most w^2 / 24 times the largest curvature. Beyond an end,
+    the path goes on as its mirror image through the end point: so the
+    average begins and ends where the path does.
+    """
+    if not width:
+
+        def course(s):
+            x, y, theta, curvature = path.at(s)
+            return Course(x, y, theta, np.ones_like(x), curvature, np.zeros_like(x))
+
+        return course
+
+    for begin, piece in zip(path.joints, path.pieces, strict=False):
+        if width * abs(piece.curvature) > 1:
+            raise InvalidParameter(
+                f"smoothing is {width:g} m, longer than the radius {piece.radius:g} m of the arc "
+                f"that begins at {begin:.4f} m; give at most that"
+            )
+    width = min(width, path.length)
+    longer = Path(
+        [
+            *(_mirrored(piece, path.start) for piece in reversed(path.pieces)),
+            *path.pieces,
+            *(_mirrored(piece, path.end) for piece in reversed(path.pieces)),
+        ]
+    )
+
+    def course(s):
+        s = np.asarray(s, float)
+        window = path.length + s[..., None] + np.array([-0.5, 0.5]) * width
+        x, y, theta, curvature = longer.at(window)
+        tangent = np.stack([np.cos(theta), np.sin(theta)])
+        normal = np.stack([-tangent[1], tangent[0]])
+        (x, y), first, second, third = (
+            np.diff(values)[..., 0] / width
+            for values in (_primitive(longer, window), (x, y), tangent, curvature * normal)
+        )
+        stretch = np.hypot(*first)
+        middle = path.at(s)[2]
+        theta = middle + wrap_angle(np.arctan2(first[1], first[0]) - middle)
+        bend = (first[0] * second[1] - first[1] * second[0]) / stretch**3
+        rate = (first[0] * third[1] - first[1] * third[0]) / stretch**3
+        rate -= 3 * bend * (first * second).sum(0) / stretch**2
+        return Course(x, y, theta, stretch, bend, rate / stretch)
+
+    return course
+
+
+def _mirrored(piece, point):
+    """A piece's image through a point, driven so that the other end comes first."""
+    x, y = 2 * point[0], 2 * point[1]
+    if isinstance(piece, Line):
+        return Line((x - piece.end[0], y - piece.end[1]), (x - piece.start[0], y - piece.start[1]))
+    center = (x - piece.center[0], y - piece.center[1])
+    return Arc(center, piece.radius, piece.start_angle + piece.sweep + math.pi, -piece.sweep)
+
+
+def _primitive(path, s):
+    """Integral of the position along a path, shape (2, ...), but for a constant."""
+    index = np.searchsorted(path.joints[1:-1], s, side="right")
+    total, before = np.empty((2, *s.shape)), np.zeros(2)
+    for number, piece in enumerate(path.pieces):
+        here = index == number
+        along = np.append(s[here] - path.joints[number], piece.length)
+        if isinstance(piece, Line):
+            way = np.outer(piece.start, along)
+            way += np.outer(np.subtract(piece.end, piece.start) / piece.length, along**2 / 2)
+        else:
+            angle = piece.start_angle + piece.curvature * along
+            arc = np.stack([np.sin(angle), -np.cos(angle)])
+            first = [[math.sin(piece.start_angle)], [-math.cos(piece.start_angle)]]
+            way = np.outer(piece.center, along) + piece.radius / piece.curvature * (arc - first)
+        total[:, here] = before[:, None] + way[:, :-1]
+        before += way[:, -1]
+    return total
