@@ -219,7 +219,8 @@ def make_reference(
     ]
     if not isinstance(path, Path):
         raise InvalidParameter(f"path is a {type(path).__name__}; give a Path, such as plan.path")
-    width = check_positive("smoothing", smoothing) if smoothing else 0.0
+    # A path shorter than that is averaged over its own length.
+    width = min(check_positive("smoothing", smoothing), path.length) if smoothing else 0.0
     course = moving_average(path, width)
     # The curvature's rate jumps where the window reaches a joint, and where it leaves it.
     breaks = np.clip(np.add.outer(path.joints, [-width / 2, 0, width / 2]), 0, path.length)
@@ -234,15 +235,8 @@ def make_reference(
 
     # Seen from just inside either end of every interval, for at the ends there may be jumps.
     inside = course(s[:-1, None] + np.diff(s)[:, None] * [1e-6, 1 - 1e-6])
-    half_base = robot.wheel_base / 2
-    outer = 1 + half_base * np.abs(inside.curvature)
-    bend = half_base * np.abs(inside.curvature_rate)
-    share = np.where(inside.curvature == 0, 1.0, 0.5) * robot.max_wheel_acceleration
-    steepest = np.minimum(acceleration, share / outer).min(1)
-    rest = robot.max_wheel_acceleration - steepest[:, None] * outer
-    cruising = np.minimum(speed, robot.max_wheel_speed / outer)
-    bending = np.divide(rest, bend, out=np.full_like(rest, np.inf), where=bend > 0)
-    most = np.minimum(cruising**2, bending).min(1)
+    most, steepest = _limits(inside, robot, speed, acceleration)
+    # At a node, those on both of its sides hold.
     most = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
     way = np.diff(s) * inside.stretch.mean(1)
     v = _fastest(most, 2 * steepest * way, s, ends)
@@ -289,6 +283,20 @@ def _check_shift(path, course, s, robot, world):
             f"{1000 * robot.radius:.2f} mm; give less, or plan with a larger margin"
         )
     return float(np.hypot(smooth.x - x, smooth.y - y).max())
+
+
+def _limits(course, robot, speed, acceleration):
+    """Largest v^2 and v' in the intervals of a course, shape (n, k) to (n,)."""
+    half_base = robot.wheel_base / 2
+    outer = 1 + half_base * np.abs(course.curvature)
+    share = np.where(course.curvature == 0, 1.0, 0.5) * robot.max_wheel_acceleration
+    steepest = np.minimum(acceleration, share / outer).min(1)
+    # The wheels' acceleration is at most outer v' + bend v^2.
+    bend = half_base * np.abs(course.curvature_rate)
+    left = robot.max_wheel_acceleration - steepest[:, None] * outer
+    bending = np.divide(left, bend, out=np.full_like(left, np.inf), where=bend > 0)
+    cruising = np.minimum(speed, robot.max_wheel_speed / outer)
+    return np.minimum(cruising**2, bending).min(1), steepest
 
 
 def _fastest(most, climb, s, ends):

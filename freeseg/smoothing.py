@@ -39,8 +39,8 @@ def moving_average(path, width):
     path : Path
         Lines and arcs.
     width : float
-        Width w of the window (m), that of a shorter path its length; zero for
-        the path itself.
+        Width w of the window (m), at most the path's length; zero for the
+        path itself.
 
     Returns
     -------
@@ -75,7 +75,6 @@ def moving_average(path, width):
                 f"smoothing is {width:g} m, longer than the radius {piece.radius:g} m of the arc "
                 f"that begins at {begin:.4f} m; give at most that"
             )
-    width = min(width, path.length)
     longer = Path(
         [
             *(_mirrored(piece, path.start) for piece in reversed(path.pieces)),

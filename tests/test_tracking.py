@@ -224,6 +224,15 @@ def test_ends_that_the_path_does_not_allow(path, robot):
                 fs.make_reference(path, speed=0.1, **{name: value})
 
 
+def test_smoothing_of_a_path_shorter_than_its_window(robot):
+    bend = fs.Path([Line((0, 0), (0.01, 0)), Arc((0.01, 0.1), 0.1, -np.pi / 2, 0.1)])
+    reference = fs.make_reference(bend, smoothing=SMOOTHING, world=fs.World([]))
+    assert_allclose(reference.pose[:2, [0, -1]].T, [bend.start, bend.end], atol=1e-12)
+    assert 0 < reference.shift <= 10 * bend.length**2 / 24
+    rates = robot.to_wheels(reference.v_dot, reference.omega_dot)
+    assert np.abs(rates).max() <= robot.max_wheel_acceleration * (1 + 1e-6)
+
+
 def test_smoothing_that_makes_no_sense(path, tables):
     with pytest.raises(fs.InvalidParameter, match="give the world"):
         fs.make_reference(path, smoothing=SMOOTHING)
