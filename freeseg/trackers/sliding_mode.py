@@ -1,12 +1,11 @@
 """The paper's saturated sliding-mode controller (section 4)."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from freeseg.errors import InvalidParameter
-from freeseg.reference import tracking_error
-from freeseg.robot import check_positive
+from freeseg.trackers.common import check_gains, watch
 
 #: What stands for the switching function in the reaching law (11).
 SWITCHING = {"sat": lambda s: np.clip(s, -1, 1), "sign": np.sign, "tanh": np.tanh}
@@ -56,10 +55,7 @@ class SlidingMode:
             raise InvalidParameter(
                 f"switching is {self.switching!r}; choose one of {sorted(SWITCHING)}"
             )
-        for gain in fields(self):
-            if gain.name != "switching":
-                value = check_positive(gain.name, getattr(self, gain.name))
-                object.__setattr__(self, gain.name, value)
+        check_gains(self)
 
     def start(self, reference, robot, dt):
         """The law for one run.
@@ -79,26 +75,46 @@ class SlidingMode:
             ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
         """
         switch = SWITCHING[self.switching]
-        scale = reference.v.max() * self.length_scale
-        look = reference.sampler(dt)
 
-        def law(t, pose):
-            # A command holds for dt: the velocities are those at the middle of it.
-            now_and_middle = look(t)
-            _, v_r, omega_r, v_r_dot, _ = (values[..., 1] for values in now_and_middle)
-            x_e, y_e, alpha_e = tracking_error(now_and_middle.pose[:, 0], pose)
-            aside = v_r * y_e / scale
-            # Not ** 2, which for one robot can differ in the last bit from that for a batch.
-            slope = 1 / (1 + aside * aside) / scale
-            dgamma_dv, dgamma_dy = slope * y_e, slope * v_r
-            s1, s2 = x_e, alpha_e + np.arctan(aside)
-            omega = (
-                omega_r
-                + dgamma_dv * v_r_dot
-                + dgamma_dy * v_r * np.sin(alpha_e)
-                + self.k2 * switch(s2 / self.phi2)
-            ) / np.maximum(1 + dgamma_dy * x_e, self.floor)
-            v = y_e * omega + v_r * np.cos(alpha_e) + self.k1 * switch(s1 / self.phi1)
-            return v, omega
+        def approach(s1, s2):
+            return self.k1 * switch(s1 / self.phi1), self.k2 * switch(s2 / self.phi2)
 
-        return law
+        return sliding_law(reference, dt, self.length_scale, self.floor, approach)
+
+
+def sliding_law(reference, dt, length_scale, floor, approach):
+    """Law under which s1 and s2 of (10) fall as fast as asked, equation (12).
+
+    Parameters
+    ----------
+    reference : Reference
+        What to follow.
+    dt : float
+        Time for which each command is held (s).
+    length_scale, floor : float
+        See `SlidingMode`.
+    approach : callable
+        ``approach(s1, s2) -> (-ds1/dt, -ds2/dt)`` (m/s, rad/s), the reaching law.
+
+    Returns
+    -------
+    callable
+        ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
+    """
+    scale = reference.v.max() * length_scale
+    see = watch(reference, dt)
+
+    def law(t, pose):
+        (x_e, y_e, alpha_e), (_, v_r, omega_r, v_r_dot, _) = see(t, pose)
+        aside = v_r * y_e / scale
+        # Not ** 2, which for one robot can differ in the last bit from that for a batch.
+        slope = 1 / (1 + aside * aside) / scale
+        dgamma_dv, dgamma_dy = slope * y_e, slope * v_r
+        fall1, fall2 = approach(x_e, alpha_e + np.arctan(aside))
+        omega = (
+            omega_r + dgamma_dv * v_r_dot + dgamma_dy * v_r * np.sin(alpha_e) + fall2
+        ) / np.maximum(1 + dgamma_dy * x_e, floor)
+        v = y_e * omega + v_r * np.cos(alpha_e) + fall1
+        return v, omega
+
+    return law
