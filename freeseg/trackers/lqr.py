@@ -1,0 +1,116 @@
+"""Linear-quadratic regulator of the linearised error, scheduled on the speed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from freeseg.robot import check_positive
+from freeseg.trackers.common import check_gains, watch
+
+#: For how many speeds, from zero to the reference's top speed, gains are computed.
+SPEEDS = 101
+
+#: Speed (m/s) that stands for rest, where the gains have a limit but no formula.
+SLOW = 1e-9
+
+
+@dataclass(frozen=True)
+class Lqr:
+    """Weights of a discrete linear-quadratic regulator.
+
+    Near the reference, and with w_r left out, the errors obey
+    dx_e/dt = -u_1, dy_e/dt = v_r alpha_e and dalpha_e/dt = -u_2, with
+    v = v_r cos(alpha_e) + u_1 and w = w_r + u_2. Held for dt, the u = K(v_r) e
+    that this law computes minimises the sum of
+    q_x x_e^2 + q_y y_e^2 + q_alpha alpha_e^2 + u_1^2 + u_2^2 over all steps.
+
+    The defaults are an assumption. For small dt, K tends to
+    k_x = sqrt(q_x), k_y = sqrt(q_y), k_alpha = sqrt(q_alpha + 2 v_r k_y).
+
+    Parameters
+    ----------
+    q_x : float
+        Weight of x_e, relative to that of u_1 (1/s^2).
+    q_y : float
+        Weight of y_e, relative to that of u_2 (1/(m s)^2).
+    q_alpha : float
+        Weight of alpha_e, relative to that of u_2 (1/s^2).
+
+    Raises
+    ------
+    InvalidParameter
+        For a weight, or a time step at the start of a run, that is not
+        positive and finite.
+
+    Notes
+    -----
+    At rest no turn moves the robot sideways, and the Riccati equation has no
+    stabilising solution. But its gains have a limit as v_r falls to zero,
+    and that is K(0): the robot comes to rest turned a little towards the path.
+
+    The regulator is that of B. Anderson, J. Moore, "Optimal Control: Linear
+    Quadratic Methods", 1990; the linearised error that of
+    G. Klancar, D. Matko, S. Blazic, "Mobile robot control on a reference
+    path", 13th Mediterranean Conference on Control and Automation, 2005.
+    """
+
+    q_x: float = 4.0
+    q_y: float = 100.0
+    q_alpha: float = 2.0
+
+    def __post_init__(self):
+        check_gains(self)
+
+    def start(self, reference, robot, dt):
+        """The law for one run, see `SlidingMode.start`."""
+        dt = check_positive("dt", dt)
+        speeds = np.linspace(0, reference.v.max(), SPEEDS)
+        k_x, k_y, k_alpha = self.gains(speeds, dt)
+        see = watch(reference, dt)
+
+        def law(t, pose):
+            (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
+            turn = np.interp(v_r, speeds, k_y) * y_e + np.interp(v_r, speeds, k_alpha) * alpha_e
+            return v_r * np.cos(alpha_e) + k_x * x_e, omega_r + turn
+
+        return law
+
+    def gains(self, v_r, dt):
+        """Solution of the discrete Riccati equation at speeds.
+
+        Parameters
+        ----------
+        v_r : array_like, shape (...)
+            Speeds (m/s), not negative.
+        dt : float
+            Time for which each command is held (s).
+
+        Returns
+        -------
+        k_x : float
+            Gain of x_e (1/s).
+        k_y, k_alpha : ndarray, shape (...)
+            Gains of y_e (1/(m s)) and alpha_e (1/s).
+
+        Notes
+        -----
+        In closed form. With m = z + 1/z - 2, the closed loop's eigenvalues z
+        inside the unit circle, and their inverses, are the roots of
+        m = q_x dt^2 ahead and of m^2 - (a - b / 4) m + b = 0 sideways,
+        a = q_alpha dt^2 and b = q_y v_r^2 dt^4; the gains place them.
+        """
+        step = np.maximum(v_r, SLOW) * dt * dt
+        a, b = self.q_alpha * dt * dt, self.q_y * step * step
+        half = (a - b / 4) / 2
+        root = np.sqrt(half * half - b + 0j)
+        m = half + np.where(half < 0, -root, root)
+        # 1 - z; the smaller m from the product of both, for their difference cancels.
+        first, other = _one_minus_z(m), _one_minus_z(b / m)
+        product = (first * other).real
+        k_x = float(_one_minus_z(self.q_x * dt * dt)) / dt
+        return k_x, product / step, ((first + other).real - product / 2) / dt
+
+
+def _one_minus_z(m):
+    """1 - z for the z inside the unit circle with z + 1/z - 2 = m."""
+    return -np.expm1(-2 * np.arcsinh(np.sqrt(m) / 2))
