@@ -1,0 +1,79 @@
+"""Pure pursuit: drive the arc that ends in a point ahead on the path."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from freeseg.reference import tracking_error
+from freeseg.trackers.common import check_gains, watch
+
+
+@dataclass(frozen=True)
+class PurePursuit:
+    """Gains of pure pursuit, made to keep to a timetable.
+
+    The goal point lies a lookahead distance of path ahead of the reference.
+    The arc that leaves along the robot's heading and ends there has the
+    curvature 2 y / d^2, with y the goal's distance to the left and d that to
+    the robot. The speed v is v_r plus k_x times the distance by which the
+    robot lags along the path, and w is v times the curvature.
+
+    Feedforward is the geometry alone: on lines and on arcs the robot keeps
+    to the path, where they meet it cuts the corner. The defaults are an
+    assumption.
+
+    Parameters
+    ----------
+    lookahead : float
+        Length of path (m) from the reference to the goal point; beyond its
+        end, the path is taken to go on straight.
+    k_x : float
+        Gain of the distance along the path (1/s).
+
+    Raises
+    ------
+    InvalidParameter
+        For a gain that is not positive and finite.
+
+    Notes
+    -----
+    R. C. Coulter, "Implementation of the pure pursuit path tracking
+    algorithm", CMU-RI-TR-92-01, 1992, where the goal point lies at the
+    lookahead distance from the robot, whenever that gets there. Here the
+    distance d varies with the lag. It is not taken to be less than half the
+    lookahead, so that the curvature stays bounded. A robot that backs up does
+    not turn, for backwards the arc leads away from the goal, and backs up no
+    further than brings it nearer along the path.
+    """
+
+    lookahead: float = 0.06
+    k_x: float = 2.0
+
+    def __post_init__(self):
+        check_gains(self)
+
+    def start(self, reference, robot, dt):
+        """The law for one run, see `SlidingMode.start`."""
+        see = watch(reference, dt)
+        way = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
+        way = np.concatenate([[0.0], way])
+        reach = way + self.lookahead
+        beyond = np.maximum(reach - way[-1], 0)
+        x, y, theta = reference.pose
+        goal_x = np.interp(reach, way, x) + beyond * np.cos(theta[-1])
+        goal_y = np.interp(reach, way, y) + beyond * np.sin(theta[-1])
+
+        def law(t, pose):
+            (x_e, y_e, alpha_e), (_, v_r, _, _, _) = see(t, pose)
+            cos, sin = np.cos(alpha_e), np.sin(alpha_e)
+            speed = v_r + self.k_x * (cos * x_e + sin * y_e)
+            goal = [np.interp(t, reference.t, goal_x), np.interp(t, reference.t, goal_y), 0.0]
+            forward, left, _ = tracking_error(goal, pose)
+            distance = np.hypot(forward, left)
+            # Behind the robot, as if beside it: that arc is the tightest.
+            left = np.where(forward < 0, np.copysign(distance, left), left)
+            distance = np.maximum(distance, self.lookahead / 2)
+            curvature = 2 * left / (distance * distance)
+            return np.where(speed > 0, speed, speed * cos), np.maximum(speed, 0) * curvature
+
+        return law
