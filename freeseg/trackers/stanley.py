@@ -1,0 +1,76 @@
+"""The steering law of the robot Stanley, for a robot without a steered wheel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from freeseg.trackers.common import check_gains, watch
+
+
+@dataclass(frozen=True)
+class Stanley:
+    """Gains of the Stanley law, adapted to a differential drive.
+
+    Stanley steers its front wheel along the path, and turns it towards the
+    path by arctan(k e / (k_soft + v)), e the distance of that wheel from the
+    path. A differential drive has no such wheel, but moves as if it had one
+    at any distance b ahead of its axle: driven at the speed u in the
+    direction delta, it makes v = u cos(delta) and w = u sin(delta) / b.
+    Here that wheel follows the same wheel of the reference.
+
+    Its speed keeps the timetable: that of the reference's wheel plus k_x
+    times the distance by which it lags. The defaults are an assumption.
+
+    Parameters
+    ----------
+    k : float
+        Gain of the distance from the path (1/s).
+    k_x : float
+        Gain of the distance along the path (1/s).
+    softening : float
+        Speed k_soft (m/s) that keeps the steering calm at rest.
+    ahead : float
+        Distance b of the wheel ahead of the axle (m).
+
+    Raises
+    ------
+    InvalidParameter
+        For a gain that is not positive and finite.
+
+    Notes
+    -----
+    G. Hoffmann, C. Tomlin, M. Montemerlo, S. Thrun, "Autonomous automobile
+    trajectory tracking for off-road driving", American Control Conference
+    2007: the kinematic steering law with its softening constant; what is
+    there for tyres and for the servo's lag has no counterpart here. A robot
+    that backs up does not turn, for backwards the law steers away from the
+    path, and backs up no further than brings it nearer along the path.
+    """
+
+    k: float = 2.0
+    k_x: float = 2.0
+    softening: float = 0.02
+    ahead: float = 0.06
+
+    def __post_init__(self):
+        check_gains(self)
+
+    def start(self, reference, robot, dt):
+        """The law for one run, see `SlidingMode.start`."""
+        see = watch(reference, dt)
+        b = self.ahead
+
+        def law(t, pose):
+            (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
+            # The reference's wheel from that of the robot, in the robot's frame.
+            x, y = x_e + b * np.cos(alpha_e) - b, y_e + b * np.sin(alpha_e)
+            wanted = np.hypot(v_r, b * omega_r)
+            psi = alpha_e + np.arctan2(b * omega_r, v_r)
+            cos, sin = np.cos(psi), np.sin(psi)
+            along, aside = cos * x + sin * y, cos * y - sin * x
+            speed = wanted + self.k_x * along
+            towards = np.arctan(self.k * aside / (self.softening + wanted))
+            delta = psi + np.where(speed > 0, towards, 0)
+            return speed * np.cos(delta), np.maximum(speed, 0) * np.sin(delta) / b
+
+        return law
