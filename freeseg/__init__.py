@@ -23,7 +23,16 @@ from freeseg.reference import make_reference, tracking_error
 from freeseg.robot import KheperaIV
 from freeseg.segments import free_segments
 from freeseg.simulate import simulate
-from freeseg.trackers import SlidingMode
+from freeseg.trackers import (
+    FeedbackLinearisation,
+    Fuzzy,
+    Kanayama,
+    Lqr,
+    PurePursuit,
+    SlidingMode,
+    Stanley,
+    SuperTwisting,
+)
 from freeseg.world import Disc, Polygon, World, load_cases, load_table
 
 __version__ = "0.1.0"
@@ -31,15 +40,22 @@ __version__ = "0.1.0"
 __all__ = [
     "Disc",
     "Disturbance",
+    "FeedbackLinearisation",
     "FreesegError",
+    "Fuzzy",
     "InvalidParameter",
     "InvalidQuery",
     "InvalidWorld",
+    "Kanayama",
     "KheperaIV",
+    "Lqr",
     "NoPath",
     "Path",
     "Polygon",
+    "PurePursuit",
     "SlidingMode",
+    "Stanley",
+    "SuperTwisting",
     "Trapped",
     "World",
     "free_segments",

@@ -1,9 +1,26 @@
 """Trackers: gains with ``start(reference, robot, dt) -> law``.
 
-A law maps ``(t, pose)`` to a body velocity ``(v, omega)``. What it has to
-remember lives in that closure, so a second run never sees the first.
+A law maps ``(t, pose)`` to a body velocity ``(v, omega)``, once every time
+step. What it has to remember lives in that closure, so a second run never
+sees the first.
 """
 
+from freeseg.trackers.feedback_linearisation import FeedbackLinearisation
+from freeseg.trackers.fuzzy import Fuzzy
+from freeseg.trackers.kanayama import Kanayama
+from freeseg.trackers.lqr import Lqr
+from freeseg.trackers.pure_pursuit import PurePursuit
 from freeseg.trackers.sliding_mode import SlidingMode
+from freeseg.trackers.stanley import Stanley
+from freeseg.trackers.super_twisting import SuperTwisting
 
-__all__ = ["SlidingMode"]
+__all__ = [
+    "FeedbackLinearisation",
+    "Fuzzy",
+    "Kanayama",
+    "Lqr",
+    "PurePursuit",
+    "SlidingMode",
+    "Stanley",
+    "SuperTwisting",
+]
