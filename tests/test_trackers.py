@@ -383,6 +383,15 @@ def test_stanley_by_hand():
     assert_allclose((v, omega), (-0.3, 0), atol=1e-12)
 
 
+@pytest.mark.parametrize("tracker", [fs.PurePursuit, fs.Stanley])
+def test_too_far_ahead_the_robot_comes_back_whatever_its_heading(tracker):
+    for alpha in np.linspace(-3, 3, 30):
+        # The reference is 0.3 m behind, along the path.
+        v, omega = command(tracker(), (-0.3 * np.cos(alpha), -0.3 * np.sin(alpha), alpha))
+        assert v * np.cos(alpha) < 0
+        assert omega == 0
+
+
 def test_stanley_steers_the_wheel_along_the_path_and_towards_it(robot):
     # On a circle of radius 0.3 m, a wheel 0.4 m ahead of the axle runs on one of 0.5 m.
     tracker = fs.Stanley(k=2, softening=0.02, ahead=0.4)

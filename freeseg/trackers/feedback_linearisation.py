@@ -15,9 +15,9 @@ class FeedbackLinearisation:
     direction: v moves it along the robot's axis, and b w across. Here B
     follows the same point of the reference, and its error decays as that of
     two integrators. That is regular at rest, unlike dynamic feedback
-    linearisation. Once B is where it should be, the heading follows:
-    dalpha_e/dt = w_r (1 - cos(alpha_e)) - (v_r / b) sin(alpha_e), which
-    vanishes while the reference moves, and stays while it rests.
+    linearisation. Once B is where it should be, the heading follows by
+    dalpha_e/dt = w_r (1 - cos(alpha_e)) - (v_r / b) sin(alpha_e): its error
+    vanishes while the reference drives forwards, and stays while it rests.
 
     The defaults are an assumption.
 

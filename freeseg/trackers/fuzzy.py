@@ -34,8 +34,8 @@ class Fuzzy:
     product, and the command is the mean of all consequents, weighted with
     how far each rule holds.
 
-    The paper says of its fuzzy controller neither rules nor sets: all of
-    this is an assumption.
+    The paper cites a fuzzy controller and tells neither its rules nor its
+    sets: all of this is an assumption.
 
     Parameters
     ----------

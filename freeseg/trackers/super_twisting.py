@@ -40,7 +40,9 @@ class SuperTwisting:
     1993. Its time steps are those of the implicit Euler method, after
     B. Brogliato, A. Polyakov, D. Efimov, "The implicit discretization of the
     super-twisting sliding-mode control algorithm", IEEE Transactions on
-    Automatic Control 65, 2020: held commands then bring no chattering.
+    Automatic Control 65, 2020: held commands then bring no chattering. But s
+    after a step is reckoned as if z cancelled the disturbance already, so
+    that a constant one leaves no error.
     """
 
     lambda1: float = 0.3
@@ -71,8 +73,8 @@ def _super_twist(gain, rate, dt):
 
     def twist(s):
         nonlocal z
-        # s' after the step is what s' = s - dt (gain |s'|^(1/2) + dt rate) sign(s') says,
-        # where sign(0) is all of [-1, 1]: z, so far, cancels what disturbs s.
+        # s', the s after the step, solves s' = s - dt (gain |s'|^(1/2) sign(s') + push) with
+        # push = dt rate sign(s'), where sign(0) is what in [-1, 1] makes s' zero.
         push = np.clip(s / dt, -rate * dt, rate * dt)
         left = np.maximum(np.abs(s) - rate * dt * dt, 0)
         root = (np.sqrt(gain * gain * dt * dt + 4 * left) - gain * dt) / 2
