@@ -477,3 +477,13 @@ def test_fuzzy_output_is_odd_and_monotone(robot):
     assert_allclose(speed, -speed[::-1], atol=1e-12)
     assert (np.diff(speed, axis=0) > 0).all()
     assert np.ptp(omega) == pytest.approx(2 * fs.Fuzzy().omega_range)
+
+
+@pytest.mark.parametrize(
+    "tracker", [fs.SlidingMode(), fs.SuperTwisting()], ids=lambda t: type(t).__name__
+)
+def test_a_sliding_mode_needs_a_reference_that_moves(tracker):
+    zero = np.zeros(3)
+    still = Reference(np.arange(3.0), np.zeros((3, 3)), zero, zero, zero, zero)
+    with pytest.raises(fs.InvalidParameter, match="give a reference that moves"):
+        fs.simulate(tracker, still)

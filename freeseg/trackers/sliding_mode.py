@@ -100,8 +100,18 @@ def sliding_law(reference, dt, length_scale, floor, approach):
     -------
     callable
         ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
+
+    Raises
+    ------
+    InvalidParameter
+        For a reference that never moves forwards.
     """
     scale = reference.v.max() * length_scale
+    if not scale > 0:
+        raise InvalidParameter(
+            f"the reference's top speed is {reference.v.max():g} m/s, and gamma is relative to it; "
+            "give a reference that moves"
+        )
     see = watch(reference, dt)
 
     def law(t, pose):
