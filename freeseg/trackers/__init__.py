@@ -9,6 +9,7 @@ from freeseg.trackers.feedback_linearisation import FeedbackLinearisation
 from freeseg.trackers.fuzzy import Fuzzy
 from freeseg.trackers.kanayama import Kanayama
 from freeseg.trackers.lqr import Lqr
+from freeseg.trackers.pid import Pid
 from freeseg.trackers.pure_pursuit import PurePursuit
 from freeseg.trackers.sliding_mode import SlidingMode
 from freeseg.trackers.stanley import Stanley
@@ -19,6 +20,7 @@ __all__ = [
     "Fuzzy",
     "Kanayama",
     "Lqr",
+    "Pid",
     "PurePursuit",
     "SlidingMode",
     "Stanley",

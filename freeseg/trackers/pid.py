@@ -1,0 +1,143 @@
+"""PID control along and across the path: the classical baseline."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+from freeseg.trackers.common import check_gains, watch
+
+#: Below it, the product of a step of an integral and an excess is round-off, not saturation (SI).
+ROUND_OFF = 1e-15
+
+
+@dataclass(frozen=True)
+class Pid:
+    """Gains of two loops: PI for x_e by the speed, PID for y_e by the turn rate.
+
+    Near the reference, the speed acts on x_e through 1/s, where a derivative
+    would only scale the gain, and the turn rate on y_e through v_r/s^2. The
+    lateral gains are per way driven, not per time: over time, P grows with
+    v_r and I with v_r^2, so that the loop keeps its shape at every speed.
+    Without the integrals, and where `approach` bounds nothing, this is the law
+    of `Kanayama`.
+
+    The paper names PID [17] and designs none: the defaults are those that
+    notebook 10 computes for 0.1 m/s, lag and delay, rounded.
+
+    Parameters
+    ----------
+    kp_x : float
+        Speed for x_e (1/s).
+    ki_x : float
+        Speed for the integral of x_e over time (1/s^2).
+    kp_y : float
+        Curvature for y_e (1/m^2).
+    ki_y : float
+        Curvature for the integral of y_e over the way (1/m^3).
+    kd_y : float
+        Curvature for sin(alpha_e), the rate of y_e over the way (1/m).
+    approach : float
+        Steepest angle at which the robot is sent towards the path (rad),
+        below pi / 2: it bounds the sum of P and I of y_e.
+    anti_windup : bool
+        Whether an integral stops where it would only push further against a
+        limit, of the wheels or of `approach`.
+
+    Raises
+    ------
+    InvalidParameter
+        For a gain that is not positive and finite, an angle that is not
+        below pi / 2, or an `anti_windup` that is no bool.
+
+    Notes
+    -----
+    The derivative of y_e is v_r sin(alpha_e), read off the measured heading:
+    the difference of two noisy positions over a time step would multiply
+    their noise. A robot that looks backwards, alpha_e = pi, gets none.
+    """
+
+    kp_x: float = 3.0
+    ki_x: float = 0.9
+    kp_y: float = 340.0
+    ki_y: float = 760.0
+    kd_y: float = 29.0
+    approach: float = np.pi / 3
+    anti_windup: bool = True
+
+    def __post_init__(self):
+        if not isinstance(self.anti_windup, bool):
+            raise InvalidParameter(f"anti_windup is {self.anti_windup!r}; give True or False")
+        check_gains(self)
+        if self.approach >= np.pi / 2:
+            raise InvalidParameter(f"approach is {self.approach!r} rad; give less than pi / 2")
+
+    def command(self, error, integrals, v_r, omega_r):
+        """Body velocity for an error, and what `approach` cuts off.
+
+        Parameters
+        ----------
+        error : array_like, shape (3, ...)
+            x_e, y_e (m) and alpha_e (rad).
+        integrals : sequence of 2 array_like, shape (...)
+            Of x_e over time (m s), and of y_e over the way (m^2).
+        v_r, omega_r : float
+            Speed (m/s) and turn rate (rad/s) of the reference.
+
+        Returns
+        -------
+        v, omega, cut : ndarray, shape (...)
+            Forward speed (m/s), turn rate (rad/s), and what the turn rate
+            would be more without the bound that `approach` sets (rad/s).
+        """
+        x_e, y_e, alpha_e = error
+        along, across = integrals
+        bend = self.kp_y * y_e + self.ki_y * across
+        # D is at most kd_y: were P + I larger, the robot would never stop turning.
+        most = self.kd_y * np.sin(self.approach)
+        bounded = np.minimum(np.maximum(bend, -most), most)
+        v = v_r * np.cos(alpha_e) + self.kp_x * x_e + self.ki_x * along
+        # P changes its sign with v_r, D does not: that damps a reference that reverses, too.
+        omega = omega_r + v_r * bounded + np.abs(v_r) * self.kd_y * np.sin(alpha_e)
+        return v, omega, v_r * (bend - bounded)
+
+    def start(self, reference, robot, dt):
+        """The law for one run.
+
+        Parameters
+        ----------
+        reference : Reference
+            What to follow.
+        robot : KheperaIV
+            Robot; its limits stop the integrals.
+        dt : float
+            Time for which each command is held (s); with zero, the integrals
+            stay zero.
+
+        Returns
+        -------
+        callable
+            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n);
+            to be called once for each time step, in their order.
+        """
+        see = watch(reference, dt)
+        integrals, sent = (0.0, 0.0), 0.0
+
+        def law(t, pose):
+            nonlocal integrals, sent
+            error, (_, v_r, omega_r, _, _) = see(t, pose)
+            v, omega, cut = self.command(error, integrals, v_r, omega_r)
+            steps = dt * error[0], dt * np.abs(v_r) * error[1]
+            if self.anti_windup:
+                # The wheels as they follow the commands so far, from rest.
+                sent = robot.saturate(robot.to_wheels(v, omega), sent, dt)
+                v_sent, omega_sent = robot.to_body(sent)
+                excess = v - v_sent, v_r * (omega + cut - omega_sent)
+                steps = [
+                    np.where(step * beyond > ROUND_OFF, 0.0, step)
+                    for step, beyond in zip(steps, excess, strict=True)
+                ]
+            integrals = [total + step for total, step in zip(integrals, steps, strict=True)]
+            return v, omega
+
+        return law
