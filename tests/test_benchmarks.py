@@ -1,10 +1,15 @@
 """Benchmarks assert no times, but they must run and print what they promise."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import nbformat
+import numpy as np
 from nbformat.v4 import new_code_cell, new_notebook
+
+import freeseg as fs
+from freeseg.path import Arc
 
 FOLDER = Path(__file__).parent / "benchmarks"
 
@@ -49,3 +54,15 @@ def test_peers(capsys):
         # The benchmark goes on where a planner raises: it counts.
         paths, failed, invalid = row[-4:-1]
         assert (int(paths), int(failed), int(invalid)) == (2, 0, 0)
+
+
+def test_loops(capsys):
+    # A short bend, one setting and few robots: what is printed, not how fast it is.
+    path = fs.Path([Arc((0, 0.1), 0.1, -np.pi / 2, 0.3)])
+    load("loops").main(fs.make_reference(path), 5, 1, [(0.01, "RK45", 1e-5)])
+    printed = capsys.readouterr().out
+    for line in ("a call a hold", "simulate, 5 at once", "simulate, step 50 ms", "within 1 mm"):
+        assert printed.count(line) >= 2  # on the path and beside it
+    # Both solve the held loop alike.
+    for apart in re.findall(r"differ by at most (\S+) mm", printed):
+        assert float(apart) < 1e-6
