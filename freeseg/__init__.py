@@ -14,6 +14,7 @@ from freeseg.errors import (
     InvalidQuery,
     InvalidWorld,
     NoPath,
+    SolverFailed,
     Trapped,
 )
 from freeseg.generate import random_query, random_world
@@ -50,12 +51,14 @@ __all__ = [
     "Kanayama",
     "KheperaIV",
     "Lqr",
+    "Mpc",
     "NoPath",
     "Path",
     "Pid",
     "Polygon",
     "PurePursuit",
     "SlidingMode",
+    "SolverFailed",
     "Stanley",
     "SuperTwisting",
     "Trapped",
@@ -77,7 +80,9 @@ __all__ = [
 
 
 def __getattr__(name):
-    """Import `plotting` when it is first asked for: Matplotlib is slow to load."""
+    """Import `plotting` and `Mpc` when first asked for: Matplotlib and CasADi are slow to load."""
     if name == "plotting":
         return import_module("freeseg.plotting")
+    if name == "Mpc":
+        return import_module("freeseg.trackers.mpc").Mpc
     raise AttributeError(f"module 'freeseg' has no attribute {name!r}")

@@ -33,3 +33,20 @@ class Trapped(FreesegError):
     def __init__(self, message, steps=()):
         super().__init__(message)
         self.steps = tuple(steps)
+
+
+class SolverFailed(FreesegError):
+    """The solver of a tracker found no command.
+
+    Attributes
+    ----------
+    time : float
+        When (s).
+    status : str
+        What the solver says of it.
+    """
+
+    def __init__(self, message, time=float("nan"), status=""):
+        super().__init__(message)
+        self.time = time
+        self.status = status

@@ -1,0 +1,365 @@
+"""Model predictive control: a quadratic programme every time step."""
+
+import operator
+import warnings
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from freeseg.errors import InvalidParameter, SolverFailed
+from freeseg.geometry import wrap_angle
+from freeseg.robot import check_positive
+from freeseg.world import Disc, World
+
+#: What qrqp would print.
+QUIET = "print_header", "print_iter", "print_info"
+
+#: To what piqp solves: with its own, wheel speeds would be off by tenths of a mm/s.
+TOLERANCES = {"eps_abs": 1e-10, "eps_rel": 1e-11} | {
+    "eps_duality_gap_abs": 1e-10,
+    "eps_duality_gap_rel": 1e-11,
+}
+
+#: Solvers of the quadratic programme, and their options for at most so many iterations.
+SOLVERS = {
+    "piqp": lambda most: {"piqp": {"max_iter": most} | TOLERANCES},
+    "qrqp": lambda most: {"max_iter": most} | dict.fromkeys(QUIET, False),
+}
+
+#: What a failed solve may lead to.
+ON_FAILURE = ("raise", "brake")
+
+
+@dataclass(frozen=True)
+class Mpc:
+    """Tracker that looks ahead: a real-time iteration of model predictive control.
+
+    Every time step, it predicts the robot over the horizon, weighs what
+    differs from the reference, and commands the first step of the best
+    prediction within the limits of the wheels. A prediction costs the sum,
+    over its steps, of the squared distance from the reference (m^2) and of
+    what the weights add. The paper has no such tracker: every default is an
+    assumption.
+
+    Parameters
+    ----------
+    horizon : int
+        Number N of time steps that it looks ahead.
+    heading : float
+        Weight of a squared difference of the headings (m^2/rad^2).
+    acceleration : float
+        Weight of a wheel's squared acceleration beyond the reference's (s^4).
+    terminal : float
+        Factor on what distance and heading cost at the last step.
+    obstacles : World, optional
+        Discs that the robot is to keep out of, or none.
+    nearest : int
+        How many of them a programme knows: those nearest to the prediction.
+    keep_out : float
+        Weight of the depth by which the robot enters a disc (m). A disc is
+        entered only where there is no other way, as long as this is more than
+        what pulls the robot in: at most twice its distance from the reference,
+        summed as above.
+    solver : {"piqp", "qrqp"}
+        Solver of the programme: an interior-point method, whose time hardly
+        varies, or an active-set method, the faster one near the reference,
+        which far from it, or at discs, may take long or give up.
+    iterations : int
+        Most iterations of the solver at a time step.
+    on_failure : {"raise", "brake"}
+        Whether a failed solve raises, or warns and brakes as hard as the
+        wheels can.
+
+    Raises
+    ------
+    InvalidParameter
+        For a weight that is not positive and finite, a number that is not
+        a whole positive one, another solver, or obstacles that are no world
+        of discs.
+
+    Notes
+    -----
+    The state is z = (x, y, theta, V_R, V_L), the input u the wheels'
+    accelerations, so that both limits of a wheel are bounds. The model is
+    the exact arc of `KheperaIV.move`. With the prediction of the step
+    before, moved on by one step, as the point of linearisation, one
+    Gauss-Newton step remains: a sparse quadratic programme [1]_. A disc is
+    replaced by the half plane beyond its tangent that faces the predicted
+    position; its complement holds the disc, so the plane is on the safe side.
+
+    References
+    ----------
+    .. [1] M. Diehl, H. G. Bock, J. P. Schlöder, "A real-time iteration scheme
+       for nonlinear optimization in optimal feedback control", SIAM J.
+       Control Optim. 43(5), 2005.
+    """
+
+    horizon: int = 20
+    heading: float = 3e-4
+    acceleration: float = 1e-6
+    terminal: float = 10.0
+    obstacles: World | None = None
+    nearest: int = 7
+    keep_out: float = 100.0
+    solver: str = "piqp"
+    iterations: int = 200
+    on_failure: str = "raise"
+
+    def __post_init__(self):
+        for name in ("heading", "acceleration", "terminal", "keep_out"):
+            object.__setattr__(self, name, check_positive(name, getattr(self, name)))
+        for name in ("horizon", "nearest", "iterations"):
+            given = getattr(self, name)
+            try:
+                number = operator.index(given)
+            except TypeError:
+                number = 0
+            if number < 1 or isinstance(given, bool):
+                raise InvalidParameter(f"{name} is {given!r}; give a whole number from 1 on")
+            object.__setattr__(self, name, number)
+        if self.obstacles is not None:
+            if not isinstance(self.obstacles, World):
+                raise InvalidParameter(f"obstacles is {self.obstacles!r}; give a World of discs")
+            for number, obstacle in enumerate(self.obstacles.obstacles, 1):
+                if not isinstance(obstacle, Disc):
+                    raise InvalidParameter(
+                        f"obstacle {number} is a {type(obstacle).__name__}, and the MPC keeps out "
+                        "of discs only; give a disc round it"
+                    )
+        for name, choices in (("solver", SOLVERS), ("on_failure", ON_FAILURE)):
+            given = getattr(self, name)
+            if not isinstance(given, str) or given not in choices:
+                raise InvalidParameter(f"{name} is {given!r}; choose one of {sorted(choices)}")
+
+    def start(self, reference, robot, dt):
+        """The law for one run.
+
+        Parameters
+        ----------
+        reference : Reference
+            What to follow.
+        robot : KheperaIV
+            Robot, whose limits are kept.
+        dt : float
+            Time for which each command is held (s).
+
+        Returns
+        -------
+        callable
+            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,), to be
+            called every `dt`: it assumes that the wheels do what it
+            commanded, for a pose says nothing of their speeds.
+
+        Raises
+        ------
+        InvalidParameter
+            For a time step that is not positive; from the law, for a pose
+            that is not three finite numbers: it drives one robot.
+        SolverFailed
+            From the law, where the solver gives up and it is not to brake.
+        """
+        dt = check_positive("dt", dt)
+        n = self.horizon
+        obstacles = self.obstacles.obstacles if self.obstacles else ()
+        # Centre and radius of what the robot's centre keeps out of.
+        circles = [(*disc.center, disc.radius + robot.radius) for disc in obstacles]
+        circles = np.reshape(circles, (-1, 3))
+        discs = min(self.nearest, len(circles))
+        # A row of the plan is a time step: u, the z that it leads to and, with discs, the slack.
+        shape, rows = (n, 8 if discs else 7), (n, 5 + discs)
+        weights, free = np.zeros(shape), np.full(shape, np.inf)
+        weights[:, :2] = self.acceleration
+        weights[:, 2:4] = 1
+        weights[:, 4] = self.heading
+        weights[-1, 2:5] *= self.terminal
+        free[:, :2] = robot.max_wheel_acceleration
+        free[:, 5:7] = robot.max_wheel_speed
+        least = -free
+        least[:, 7:] = 0
+
+        linearised = linearisation(motion(robot, dt), n, discs)
+        structure = {"h": ca.Sparsity.diag(weights.size), "a": linearised.sparsity_out("a")}
+        options = {"error_on_fail": False} | SOLVERS[self.solver](self.iterations)
+        programme = ca.conic("programme", self.solver, structure, options)
+        state, near, gradient = np.zeros(5), circles[:discs].copy(), np.full(shape, self.keep_out)
+        a, lower, upper = np.zeros(structure["a"].nnz()), np.zeros(rows), np.zeros(rows)
+        plan, lam_x0, lam_a0 = np.zeros(shape), np.zeros(shape), np.zeros(rows)
+        best, lam_x, lam_a = np.zeros(shape), np.zeros(shape), np.zeros(rows)
+        linearise = _bind(
+            linearised, plan=plan, state=state, near=near, a=a, lower=lower, upper=upper
+        )
+        solve = _bind(
+            programme,
+            h=2 * weights,
+            g=gradient,
+            a=a,
+            lba=lower,
+            uba=upper,
+            lbx=least,
+            ubx=free,
+            x0=plan,
+            lam_x0=lam_x0,
+            lam_a0=lam_a0,
+            x=best,
+            lam_x=lam_x,
+            lam_a=lam_a,
+        )
+
+        def preview(t, steps):
+            """Rows u, z of the reference from t on, shape (steps, 7)."""
+            begins = t + dt * np.arange(-1, steps)
+            # A command holds for dt: the velocities are those at the middle of it.
+            middle = reference.at(begins + dt / 2)
+            wheels = robot.to_wheels(middle.v, middle.omega)
+            pose = reference.at(begins[1:] + dt).pose
+            return np.concatenate([np.diff(wheels) / dt, pose, wheels[:, 1:]]).T
+
+        table = preview(0, len(reference.steps(dt)) + n)
+        wheels, predicted = np.zeros(2), False
+
+        def law(t, pose):
+            nonlocal wheels, predicted
+            pose = _one_pose(pose)
+            step = round(t / dt)
+            on_table = step * dt == t and 0 <= step <= len(table) - n
+            wanted = table[step : step + n] if on_table else preview(t, n)
+            gradient[:, :7] = -2 * weights[:, :7] * wanted
+            # Headings are counted on from the prediction's, or the reference's.
+            expected = best[0, 4] if predicted else wanted[0, 4]
+            pose[2] = expected + wrap_angle(pose[2] - expected)
+            state[:] = *pose, *wheels
+            if predicted:
+                for now, last in (plan, best), (lam_x0, lam_x), (lam_a0, lam_a):
+                    now[:-1], now[-1] = last[1:], last[-1]
+            else:
+                # Standing still is a plan that enters no disc.
+                plan[:, :7] = 0, 0, *pose, 0, 0
+                lam_x0[:] = lam_a0[:] = 0
+            if discs < len(circles):
+                apart = np.linalg.norm(plan[:, None, 2:4] - circles[:, :2], axis=-1)
+                clearance = (apart - circles[:, 2]).min(0)
+                near[:] = circles[np.argpartition(clearance, discs)[:discs]]
+            linearise()
+            status = solve().stats()
+            predicted = status["success"]
+            if not predicted:
+                message = f"{self.solver} found no command at {t:.3f} s: {status['return_status']}"
+                if self.on_failure == "raise":
+                    raise SolverFailed(
+                        f"{message}; allow more iterations, choose another solver, or brake with "
+                        "on_failure='brake'",
+                        t,
+                        status["return_status"],
+                    )
+                warnings.warn(f"{message}; braking", RuntimeWarning, stacklevel=2)
+            wheels = robot.saturate(best[0, 5:7] if predicted else (0, 0), wheels, dt)
+            return robot.to_body(wheels)
+
+        return law
+
+
+def motion(robot, dt):
+    """Model of one time step, as `KheperaIV.move`, in symbols.
+
+    Parameters
+    ----------
+    robot : KheperaIV
+        Its wheel base counts.
+    dt : float
+        Time step (s).
+
+    Returns
+    -------
+    casadi.Function
+        ``(z, u) -> z`` after `dt`; z is x, y (m), heading (rad), right and
+        left wheel speed (m/s), u their accelerations (m/s^2). The wheels
+        have their new speeds from the beginning of the step on.
+    """
+    z, u = ca.SX.sym("z", 5), ca.SX.sym("u", 2)
+    wheels = z[3:] + dt * u
+    half_turn = dt * (wheels[0] - wheels[1]) / robot.wheel_base / 2
+    # sin(h) / h, by its series where that is exact to the last digit, for its derivatives too.
+    small = ca.fabs(half_turn) < 1e-2
+    h = ca.if_else(small, 1, half_turn)
+    sinc = ca.if_else(small, 1 - half_turn**2 / 6 + half_turn**4 / 120, ca.sin(h) / h)
+    chord, middle = dt * (wheels[0] + wheels[1]) / 2 * sinc, z[2] + half_turn
+    moved = z[0] + chord * ca.cos(middle), z[1] + chord * ca.sin(middle), z[2] + 2 * half_turn
+    return ca.Function("motion", [z, u], [ca.vertcat(*moved, wheels)], ["z", "u"], ["after"])
+
+
+def linearisation(motion, horizon, discs):
+    """Constraints of the quadratic programme, linearised about a plan.
+
+    Parameters
+    ----------
+    motion : casadi.Function
+        Model of a time step.
+    horizon, discs : int
+        Number of steps and of discs to keep out of.
+
+    Returns
+    -------
+    casadi.Function
+        ``(plan, state, near) -> (a, lower, upper)`` with ``lower <= a w <=
+        upper`` for the new plan w. A plan has a column for each step: u, z
+        and, with discs, the slack; near has one for each disc: centre and
+        radius (m).
+    """
+    plan = ca.SX.sym("plan", 8 if discs else 7, horizon)
+    state, near = ca.SX.sym("state", 5), ca.SX.sym("near", 3, discs)
+    rows = []
+    for k, before in enumerate(ca.horzsplit(ca.horzcat(state, plan[2:7, :-1]))):
+        rows.append(plan[2:7, k] - motion(before, plan[:2, k]))
+        for disc in ca.horzsplit(near):
+            rows.append(ca.norm_2(plan[2:4, k] - disc[:2]) - disc[2] + plan[7, k])
+    rows, w = ca.vertcat(*rows), ca.vec(plan)
+    a = ca.jacobian(rows, w)
+    lower = ca.mtimes(a, w) - rows
+    upper = lower + ca.repmat(ca.DM([0] * 5 + [np.inf] * discs), horizon)
+    return ca.Function(
+        "linearisation",
+        [plan, state, near],
+        [a, lower, upper],
+        ["plan", "state", "near"],
+        ["a", "lower", "upper"],
+    )
+
+
+def _one_pose(pose):
+    """`pose` as an array of shape (3,), or `InvalidParameter`."""
+    try:
+        array = np.array(pose, float)
+    except (TypeError, ValueError, OverflowError):
+        array = np.array(np.nan)
+    if array.ndim == 2 and len(array) == 3:
+        raise InvalidParameter(
+            f"pose has shape {array.shape}, and the MPC drives one robot; run them one by one"
+        )
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise InvalidParameter(f"pose is {pose!r}; give three finite numbers")
+    return array
+
+
+def _bind(function, **arrays):
+    """A CasADi function bound to arrays, which it reads and writes without a copy.
+
+    Returns
+    -------
+    callable
+        Without arguments: evaluates, and returns the buffer, for its ``stats()``.
+    """
+    buffer, evaluate = function.buffer()
+    for name, array in arrays.items():
+        if name in function.name_in():
+            buffer.set_arg(function.index_in(name), memoryview(array))
+        else:
+            buffer.set_res(function.index_out(name), memoryview(array))
+
+    def call():
+        evaluate()
+        return buffer
+
+    # The buffer knows the arrays by their addresses only: they are to live as long as the call.
+    call.arrays = arrays
+    return call

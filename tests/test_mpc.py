@@ -1,0 +1,413 @@
+"""The MPC: its model, its programme, its limits, its discs and its failures."""
+
+import pickle
+import warnings
+
+import casadi as ca
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import freeseg as fs
+from freeseg.path import Line
+from freeseg.trackers.mpc import linearisation, motion
+
+DT = 0.05
+#: Where a robot may start: 2 cm behind, 3 cm to the left and 20 degrees off.
+OFFSET = (-0.02, 0.03, np.radians(20))
+
+
+@pytest.fixture(scope="module")
+def references(cases, tables):
+    """Of the paper's Figs 15(a) and 16(b)."""
+    plans = {
+        name: fs.plan(tables[cases[name].table], cases[name].start, cases[name].goal)
+        for name in ("15a", "16b")
+    }
+    return {name: fs.make_reference(plan.path) for name, plan in plans.items()}
+
+
+def straight(length, speed, acceleration=1.0):
+    return fs.make_reference(fs.Path([Line((0, 0), (length, 0))]), None, speed, acceleration)
+
+
+def row_of_discs(sides, spacing, depth, robot, radius=0.03):
+    """Seven discs beside the x axis, by which a robot on it is barred by `depth`."""
+    y = robot.radius + radius - depth
+    return fs.World(
+        [fs.Disc((0.3 + spacing * k, side * y), radius) for k, side in enumerate(sides)]
+    )
+
+
+# --- the model -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [1, 1e-2, 1e-6, 0])
+def test_the_casadi_and_the_numpy_model_are_the_same(robot, scale):
+    # Straight on, nearly so, and as tightly as the wheels can, across both branches of sinc.
+    rng = np.random.default_rng(61)
+    mean, half = robot.max_wheel_speed * rng.uniform(-1, 1, (2, 300))
+    wheels = np.stack([mean + scale * half, mean - scale * half])
+    u = robot.max_wheel_acceleration * rng.uniform(-1, 1, (2, 300)) * scale
+    pose = rng.uniform(-3, 3, (3, 300))
+    after = np.array(motion(robot, DT).map(300)(np.concatenate([pose, wheels]), u))
+    assert_allclose(after[:3], robot.move(pose, wheels + DT * u, DT), rtol=0, atol=1e-14)
+    assert_allclose(after[3:], wheels + DT * u, rtol=0, atol=1e-15)
+
+
+def test_the_model_has_derivatives_straight_on(robot):
+    # The exact one of the end of an arc: a turn rate moves it aside by v dt^2 / 2.
+    z, u = ca.SX.sym("z", 5), ca.SX.sym("u", 2)
+    step = motion(robot, DT)
+    rates = ca.Function("rates", [z, u], [ca.jacobian(step(z, u), z)])
+    at_rest, driving = (np.array(rates([1, 2, 0.0, v, v], 0)) for v in (0, 0.2))
+    turn = np.array([1, -1]) / robot.wheel_base
+    assert_allclose(driving[1, 3:], turn * 0.2 * DT**2 / 2, atol=1e-15)
+    assert_allclose(driving[1, 2], 0.2 * DT)
+    assert_allclose(at_rest[0, 3:], DT / 2)
+    assert_allclose(at_rest[2, 3:], turn * DT)
+
+
+def test_the_linearisation_is_the_models_first_order(robot):
+    # A plan off by h misses the rows of its own linearisation by the order of h^2.
+    n, discs, rng = 5, 2, np.random.default_rng(62)
+    rows = linearisation(motion(robot, DT), n, discs)
+    near = np.array([[0.5, 0.6, 0.1], [-0.4, 0.3, 0.2]]).T
+    state = [0, 0, 0.3, 0.2, 0.1]
+    plan, change = rng.normal(0, 0.2, (2, 8, n))
+    ca_plan = plan.ravel(order="F")
+
+    def gaps(plan):
+        a, lower, _ = rows(plan, state, near)
+        return np.array(a @ ca.vec(ca.DM(plan)) - lower).ravel()
+
+    a, lower, upper = (np.array(ca.DM(part)) for part in rows(plan, state, near))
+    errors = []
+    for h in (1e-3, 1e-4):
+        moved = plan + h * change
+        linear = a @ moved.ravel(order="F") - lower.ravel()
+        errors.append(np.abs(gaps(moved) - linear).max())
+    assert errors[0] < 1e-4
+    assert errors[1] < errors[0] / 50
+    # The rows of the model are equations, those of the discs are not.
+    equations = (np.arange(n * (5 + discs)) % (5 + discs)) < 5
+    assert_array_equal((upper == lower).ravel(), equations)
+    assert np.isinf(upper.ravel()[~equations]).all()
+    # By hand: a disc's row is the distance from its circle, and the slack.
+    clearance = np.hypot(*(plan[2:4, 0] - near[:2, 0])) - near[2, 0] + plan[7, 0]
+    assert (a @ ca_plan - lower.ravel())[5] == pytest.approx(clearance)
+
+
+# --- the programme -------------------------------------------------------------------------------
+
+
+def converged(tracker, reference, robot, t, pose, wheels):
+    """The non-linear programme, solved by ipopt: the wheel speeds of its first step."""
+    n, opti = tracker.horizon, ca.Opti()
+    z, u = opti.variable(5, n + 1), opti.variable(2, n)
+    times = t + DT * np.arange(-1, n)
+    middle = reference.at(times + DT / 2)
+    wanted_wheels = robot.to_wheels(middle.v, middle.omega)
+    wanted = reference.at(times[1:] + DT).pose
+    step = motion(robot, DT)
+    cost = tracker.acceleration * ca.sumsqr(u - np.diff(wanted_wheels) / DT)
+    for k in range(n):
+        factor = tracker.terminal if k == n - 1 else 1
+        off = z[:3, k + 1] - wanted[:, k]
+        cost += factor * (ca.sumsqr(off[:2]) + tracker.heading * off[2] ** 2)
+        opti.subject_to(z[:, k + 1] == step(z[:, k], u[:, k]))
+    opti.minimize(1e4 * cost)
+    opti.subject_to(z[:, 0] == ca.vertcat(*pose, *wheels))
+    opti.subject_to(opti.bounded(-robot.max_wheel_speed, z[3:, 1:], robot.max_wheel_speed))
+    fastest = robot.max_wheel_acceleration
+    opti.subject_to(opti.bounded(-fastest, u, fastest))
+    opti.set_initial(z[:3, 1:], wanted)
+    opti.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "tol": 1e-10})
+    return np.array(opti.solve().value(z[3:, 1])).ravel()
+
+
+@pytest.mark.parametrize("solver", ["piqp", "qrqp"])
+def test_one_programme_a_step_commands_what_the_converged_one_does(references, robot, solver):
+    tracker, reference = fs.Mpc(solver=solver), references["15a"]
+    law = tracker.start(reference, robot, DT)
+    x, y, theta = reference.pose[:, 0]
+    pose = np.array([x - 0.02, y + 0.03, theta + 0.3])
+    wheels = np.zeros(2)
+    worst = []
+    for step in range(20):
+        t = step * DT
+        best = converged(tracker, reference, robot, t, pose, wheels)
+        wheels = robot.to_wheels(*law(t, pose))
+        worst.append(np.abs(wheels - best).max())
+        pose = robot.move(pose, wheels, DT)
+    # At first the linearisation is far off; within half a second the two are one.
+    assert max(worst) > 1e-5
+    assert max(worst[10:]) < 1e-3
+    assert max(worst[15:]) < 1e-4
+
+
+def test_both_solvers_drive_alike(references):
+    piqp, qrqp = (
+        fs.simulate(fs.Mpc(solver=solver), references["16b"], initial_offset=OFFSET)
+        for solver in ("piqp", "qrqp")
+    )
+    assert_allclose(piqp.pose, qrqp.pose, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["15a", "16b"])
+def test_on_the_papers_paths_it_stays_closer_than_sliding_mode(references, name):
+    ours, sliding = (
+        fs.metrics.tracking(fs.simulate(tracker, references[name]))
+        for tracker in (fs.Mpc(), fs.SlidingMode())
+    )
+    assert ours["position_rms_m"] < 2e-5
+    assert ours["position_rms_m"] < sliding["position_rms_m"] / 5
+    assert ours["position_final_m"] < 5e-5
+
+
+@pytest.mark.parametrize("name", ["15a", "16b"])
+def test_from_beside_the_path_the_errors_vanish(references, name):
+    run = fs.simulate(fs.Mpc(), references[name], initial_offset=OFFSET)
+    position = np.hypot(*run.error[:2])
+    assert position[0] > 0.03
+    assert position[run.t >= 3].max() < 1e-3
+    assert position[-1] < 5e-5
+
+
+def test_it_brakes_before_a_reference_that_it_cannot_follow_does(robot):
+    # The reference stops dead from 0.6 m/s: the robot, warned by its horizon, has slowed before.
+    reference = straight(1.0, 0.6, 2.7)
+    run = fs.simulate(fs.Mpc(), reference, robot)
+    slower = reference.at(run.t + DT / 2).v - run.wheels.mean(0)
+    assert run.error[0, -1] == pytest.approx(0, abs=1e-3)
+    # No overshoot of the goal by more than a millimetre.
+    assert run.pose[0].max() < 1.001
+    assert slower.max() > 0
+
+
+def test_it_turns_the_shorter_way_whatever_the_winding(references, robot):
+    law, wound = (fs.Mpc().start(references["15a"], robot, DT) for _ in range(2))
+    pose = references["15a"].pose[:, 0] + (0.01, 0.02, 0.1)
+    for step in range(5):
+        plain = law(step * DT, pose)
+        turned = wound(step * DT, pose + np.array([0, 0, 2 * np.pi * (-1) ** step]))
+        assert_allclose(turned, plain, rtol=0, atol=1e-9)
+
+
+def test_between_the_steps_it_reads_the_reference_too(references, robot):
+    on, between, beyond = (fs.Mpc().start(references["15a"], robot, DT) for _ in range(3))
+    pose = references["15a"].pose[:, 0]
+    assert_allclose(between(1e-9, pose), on(0.0, pose), rtol=0, atol=1e-6)
+    # Beyond the end it stays at the goal.
+    end = references["15a"].duration + 10
+    assert_allclose(beyond(end, references["15a"].pose[:, -1]), 0, atol=1e-9)
+
+
+# --- limits --------------------------------------------------------------------------------------
+
+
+def test_limits_are_never_exceeded_and_bind(robot):
+    # From far off, both limits of the wheels bind; the law itself commands nothing beyond them.
+    reference = straight(2.0, 0.9, 2.0)
+    commands = []
+
+    class Recorded:
+        def start(self, *run):
+            law = fs.Mpc().start(*run)
+
+            def record(t, pose):
+                command = law(t, pose)
+                commands.append(robot.to_wheels(*command))
+                return command
+
+            return record
+
+    run = fs.simulate(Recorded(), reference, robot, DT, (-0.3, 0.1, 1.0))
+    asked = np.array(commands).T
+    reach = robot.max_wheel_acceleration * DT
+    for wheels in (asked, run.wheels):
+        changes = np.diff(wheels, axis=1, prepend=0.0)
+        assert np.abs(wheels).max() <= robot.max_wheel_speed + 1e-12
+        assert np.abs(changes).max() <= reach + 1e-12
+    changes = np.diff(asked, axis=1, prepend=0.0)
+    assert np.abs(asked).max() > robot.max_wheel_speed - 1e-6
+    assert np.abs(changes).max() > reach - 1e-6
+    # What it commands is what the simulated wheels do.
+    assert_allclose(run.wheels[:, :-1], asked, rtol=0, atol=1e-12)
+
+
+def test_from_wherever_it_starts_limits_hold_and_it_arrives(references, robot):
+    offsets = np.random.default_rng(63).normal(0, [[0.1], [0.1], [1.0]], (3, 4)).T
+    for offset in offsets:
+        run = fs.simulate(fs.Mpc(), references["16b"], robot, DT, offset)
+        changes = np.diff(run.wheels, axis=1, prepend=0.0)
+        assert np.abs(run.wheels).max() <= robot.max_wheel_speed + 1e-12
+        assert np.abs(changes).max() <= robot.max_wheel_acceleration * DT + 1e-12
+        assert np.hypot(*run.error[:2, -1]) < 1e-3
+
+
+def test_a_second_run_does_not_see_the_first(references, robot):
+    tracker = fs.Mpc(obstacles=fs.load_table(1))
+    runs = [fs.simulate(tracker, references["15a"], initial_offset=OFFSET) for _ in range(2)]
+    assert_array_equal(runs[0].pose, runs[1].pose)
+    # Nor do two that are under way at once.
+    alone = fs.Mpc().start(references["15a"], robot, DT)
+    one, other = (fs.Mpc().start(references["15a"], robot, DT) for _ in range(2))
+    pose = references["15a"].pose[:, 0]
+    for step in range(4):
+        expected = alone(step * DT, pose)
+        assert_array_equal(one(step * DT, pose), expected)
+        other(step * DT, pose + 0.05)
+
+
+# --- discs ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sides", [(1,) * 7, (1, -1) * 3 + (1,)], ids=["wall", "slalom"])
+@pytest.mark.parametrize("speed", [0.1, 0.6])
+def test_it_keeps_out_of_seven_discs(robot, sides, speed):
+    world = row_of_discs(sides, 0.15, 0.015, robot)
+    reference = straight(1.5, speed)
+    through, round_them = (
+        fs.simulate(tracker, reference, robot) for tracker in (fs.Mpc(), fs.Mpc(obstacles=world))
+    )
+    assert fs.metrics.tracking(through, world)["clearance_m"] < robot.radius - 0.014
+    x, y = round_them.pose[:2]
+    clearances = np.array(
+        [np.hypot(x - disc.center[0], y - disc.center[1]) - disc.radius for disc in world.obstacles]
+    )
+    # Every one of the seven bars the way, and is entered by less than a millimetre.
+    closest = clearances.min(1) - robot.radius
+    assert closest.min() > -1e-3
+    assert closest.max() < 2e-3
+    assert np.hypot(*round_them.error[:2, -1]) < 1e-3
+
+
+def test_it_knows_the_discs_that_are_near(robot):
+    # Hundred discs far away in front of the seven of the list: with only them, it is barred.
+    seven = row_of_discs((1, -1) * 3 + (1,), 0.15, 0.015, robot).obstacles
+    far = [fs.Disc((5 + 0.1 * k, 5), 0.02) for k in range(100)]
+    world = fs.World([*far, *seven])
+    run = fs.simulate(fs.Mpc(obstacles=world, nearest=3), straight(1.5, 0.1), robot)
+    assert fs.metrics.tracking(run, world)["clearance_m"] > robot.radius - 1e-3
+    assert np.hypot(*run.error[:2, -1]) < 1e-3
+
+
+def test_where_there_is_no_other_way_it_stops_in_front(robot):
+    world = fs.World([fs.Disc((0.6, 0), 0.1)])
+    run = fs.simulate(fs.Mpc(obstacles=world), straight(1.2, 0.2), robot)
+    assert fs.metrics.tracking(run, world)["clearance_m"] > robot.radius - 1e-3
+    # The reference has long passed by; dead ahead, neither side is the better one.
+    assert run.pose[0, 80] == pytest.approx(0.5 - robot.radius, abs=1e-3)
+    assert_allclose(run.wheels[:, 80], 0, atol=1e-3)
+
+
+def test_discs_out_of_reach_change_nothing(references):
+    world = fs.World([fs.Disc((5, 5), 0.1)])
+    free, beside = (
+        fs.simulate(tracker, references["16b"]) for tracker in (fs.Mpc(), fs.Mpc(obstacles=world))
+    )
+    assert_allclose(free.pose, beside.pose, rtol=0, atol=1e-6)
+    empty = fs.simulate(fs.Mpc(obstacles=fs.World([])), references["16b"])
+    assert_array_equal(empty.pose, free.pose)
+
+
+# --- failures ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("solver", ["piqp", "qrqp"])
+def test_a_failed_solve_raises_with_time_and_status(references, robot, solver):
+    tracker = fs.Mpc(solver=solver, iterations=1)
+    with pytest.raises(fs.SolverFailed, match=rf"{solver} found no command at 0\.000 s") as caught:
+        fs.simulate(tracker, references["15a"], robot, initial_offset=OFFSET)
+    assert caught.value.time == 0
+    assert "iterations" in caught.value.status
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.time, again.status) == (
+        str(caught.value),
+        0,
+        caught.value.status,
+    )
+
+
+def test_a_failed_solve_brakes_and_says_so_where_it_is_to(robot):
+    # At 0.5 m/s on its path, few iterations will do; thrown far aside, they will not.
+    reference, most = straight(3.0, 0.5), 10
+    law = fs.Mpc(iterations=most, on_failure="brake").start(reference, robot, DT)
+    pose, wheels = np.zeros(3), np.zeros(2)
+
+    def drive(steps):
+        nonlocal pose, wheels
+        for step in steps:
+            wheels = robot.to_wheels(*law(step * DT, pose))
+            pose = robot.move(pose, wheels, DT)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drive(range(20))
+    assert wheels.min() > 0.4
+    before, pose = wheels, pose + np.array([0, 0.5, 2.5])
+    with pytest.warns(RuntimeWarning, match=r"piqp found no command at 1\.000 s: .*; braking"):
+        drive([20])
+    assert_allclose(wheels, before - robot.max_wheel_acceleration * DT, atol=1e-12)
+    # Put back, it goes on.
+    pose = reference.at(21 * DT).pose
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drive(range(21, 40))
+    assert np.hypot(*fs.tracking_error(reference.at(40 * DT).pose, pose)[:2]) < 0.01
+
+
+@pytest.mark.parametrize("pose", [np.zeros((3, 4)), np.zeros((3, 1))])
+def test_a_batch_is_refused(references, robot, pose):
+    law = fs.Mpc().start(references["15a"], robot, DT)
+    with pytest.raises(fs.InvalidParameter, match=r"pose has shape \(3, .* one robot"):
+        law(0.0, pose)
+    with pytest.raises(fs.InvalidParameter, match="one robot"):
+        fs.simulate(fs.Mpc(), references["15a"], initial_offset=pose)
+
+
+@pytest.mark.parametrize("pose", [(0, 0), (0, 0, np.nan), (0, np.inf, 0), "here", None, 0.0])
+def test_invalid_pose(references, robot, pose):
+    law = fs.Mpc().start(references["15a"], robot, DT)
+    with pytest.raises(fs.InvalidParameter, match="pose is "):
+        law(0.0, pose)
+
+
+@pytest.mark.parametrize("name", ["heading", "acceleration", "terminal", "keep_out"])
+@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, None, "high"])
+def test_invalid_weight(name, value):
+    with pytest.raises(fs.InvalidParameter, match=f"{name} is "):
+        fs.Mpc(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["horizon", "nearest", "iterations"])
+@pytest.mark.parametrize("value", [0, -1, 2.5, np.nan, True, None, "20"])
+def test_invalid_number(name, value):
+    with pytest.raises(fs.InvalidParameter, match=f"{name} is .* whole number"):
+        fs.Mpc(**{name: value})
+
+
+@pytest.mark.parametrize(("name", "choices"), [("solver", "piqp"), ("on_failure", "brake")])
+@pytest.mark.parametrize("value", ["", "ipopt", None, 1, ["piqp"]])
+def test_invalid_choice(name, choices, value):
+    with pytest.raises(fs.InvalidParameter, match=f"{name} is .*{choices}"):
+        fs.Mpc(**{name: value})
+
+
+@pytest.mark.parametrize("obstacles", [[fs.Disc((1, 1), 0.1)], "world", 7])
+def test_obstacles_that_are_no_world(obstacles):
+    with pytest.raises(fs.InvalidParameter, match=r"obstacles is .* give a World"):
+        fs.Mpc(obstacles=obstacles)
+
+
+def test_polygons_are_refused():
+    square = fs.Polygon([(1, 1), (2, 1), (2, 2), (1, 2)])
+    with pytest.raises(fs.InvalidParameter, match="obstacle 2 is a Polygon"):
+        fs.Mpc(obstacles=fs.World([fs.Disc((0, 0), 0.1), square]))
+
+
+@pytest.mark.parametrize("dt", [0, -1, np.nan, None])
+def test_invalid_time_step(references, robot, dt):
+    with pytest.raises(fs.InvalidParameter, match="dt is "):
+        fs.Mpc().start(references["15a"], robot, dt)
