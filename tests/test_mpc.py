@@ -131,19 +131,19 @@ def test_one_programme_a_step_commands_what_the_converged_one_does(references, r
     tracker, reference = fs.Mpc(solver=solver), references["15a"]
     law = tracker.start(reference, robot, DT)
     x, y, theta = reference.pose[:, 0]
-    pose = np.array([x - 0.02, y + 0.03, theta + 0.3])
+    pose = np.array([x, y + 0.02, theta])
     wheels = np.zeros(2)
     worst = []
-    for step in range(20):
+    for step in range(10):
         t = step * DT
         best = converged(tracker, reference, robot, t, pose, wheels)
         wheels = robot.to_wheels(*law(t, pose))
         worst.append(np.abs(wheels - best).max())
         pose = robot.move(pose, wheels, DT)
-    # At first the linearisation is far off; within half a second the two are one.
-    assert max(worst) > 1e-5
-    assert max(worst[10:]) < 1e-3
-    assert max(worst[15:]) < 1e-4
+    # Not all of the way at first, when there is no prediction; soon the two are one.
+    assert 1e-4 < max(worst[:2]) < 0.01
+    assert max(worst[2:]) < 2e-4
+    assert max(worst[6:]) < 1e-5
 
 
 def test_both_solvers_drive_alike(references):
@@ -309,7 +309,7 @@ def test_discs_out_of_reach_change_nothing(references):
     )
     assert_allclose(free.pose, beside.pose, rtol=0, atol=1e-6)
     empty = fs.simulate(fs.Mpc(obstacles=fs.World([])), references["16b"])
-    assert_array_equal(empty.pose, free.pose)
+    assert_allclose(empty.pose, free.pose, rtol=0, atol=1e-6)
 
 
 # --- failures ------------------------------------------------------------------------------------
@@ -333,7 +333,7 @@ def test_a_failed_solve_raises_with_time_and_status(references, robot, solver):
 def test_a_failed_solve_brakes_and_says_so_where_it_is_to(robot):
     # At 0.5 m/s on its path, few iterations will do; thrown far aside, they will not.
     reference, most = straight(3.0, 0.5), 10
-    law = fs.Mpc(iterations=most, on_failure="brake").start(reference, robot, DT)
+    law = fs.Mpc(solver="piqp", iterations=most, on_failure="brake").start(reference, robot, DT)
     pose, wheels = np.zeros(3), np.zeros(2)
 
     def drive(steps):
@@ -389,7 +389,7 @@ def test_invalid_number(name, value):
 
 
 @pytest.mark.parametrize(("name", "choices"), [("solver", "piqp"), ("on_failure", "brake")])
-@pytest.mark.parametrize("value", ["", "ipopt", None, 1, ["piqp"]])
+@pytest.mark.parametrize("value", ["", "ipopt", 1, ["piqp"]])
 def test_invalid_choice(name, choices, value):
     with pytest.raises(fs.InvalidParameter, match=f"{name} is .*{choices}"):
         fs.Mpc(**{name: value})

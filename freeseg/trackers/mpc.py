@@ -27,6 +27,9 @@ SOLVERS = {
     "qrqp": lambda most: {"max_iter": most} | dict.fromkeys(QUIET, False),
 }
 
+#: Programmes at the first step, where there is no prediction to linearise about.
+FIRST_PROGRAMMES = 5
+
 #: What a failed solve may lead to.
 ON_FAILURE = ("raise", "brake")
 
@@ -61,10 +64,10 @@ class Mpc:
         entered only where there is no other way, as long as this is more than
         what pulls the robot in: at most twice its distance from the reference,
         summed as above.
-    solver : {"piqp", "qrqp"}
-        Solver of the programme: an interior-point method, whose time hardly
-        varies, or an active-set method, the faster one near the reference,
-        which far from it, or at discs, may take long or give up.
+    solver : {"qrqp", "piqp"}, optional
+        Solver of the programme: an active-set method, the faster one while
+        few bounds change, or an interior-point method, whose time hardly
+        varies. By default the first, with obstacles the second.
     iterations : int
         Most iterations of the solver at a time step.
     on_failure : {"raise", "brake"}
@@ -102,7 +105,7 @@ class Mpc:
     obstacles: World | None = None
     nearest: int = 7
     keep_out: float = 100.0
-    solver: str = "piqp"
+    solver: str | None = None
     iterations: int = 200
     on_failure: str = "raise"
 
@@ -127,6 +130,8 @@ class Mpc:
                         f"obstacle {number} is a {type(obstacle).__name__}, and the MPC keeps out "
                         "of discs only; give a disc round it"
                     )
+        if self.solver is None:
+            object.__setattr__(self, "solver", "piqp" if self.obstacles else "qrqp")
         for name, choices in (("solver", SOLVERS), ("on_failure", ON_FAILURE)):
             given = getattr(self, name)
             if not isinstance(given, str) or given not in choices:
@@ -236,12 +241,16 @@ class Mpc:
                 # Standing still is a plan that enters no disc.
                 plan[:, :7] = 0, 0, *pose, 0, 0
                 lam_x0[:] = lam_a0[:] = 0
-            if discs < len(circles):
-                apart = np.linalg.norm(plan[:, None, 2:4] - circles[:, :2], axis=-1)
-                clearance = (apart - circles[:, 2]).min(0)
-                near[:] = circles[np.argpartition(clearance, discs)[:discs]]
-            linearise()
-            status = solve().stats()
+            for _ in range(1 if predicted else FIRST_PROGRAMMES):
+                if discs < len(circles):
+                    apart = np.linalg.norm(plan[:, None, 2:4] - circles[:, :2], axis=-1)
+                    clearance = (apart - circles[:, 2]).min(0)
+                    near[:] = circles[np.argpartition(clearance, discs)[:discs]]
+                linearise()
+                status = solve().stats()
+                if not status["success"]:
+                    break
+                plan[:] = best
             predicted = status["success"]
             if not predicted:
                 message = f"{self.solver} found no command at {t:.3f} s: {status['return_status']}"

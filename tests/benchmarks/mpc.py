@@ -20,8 +20,8 @@ import argparse
 import csv
 import os
 import platform
-import statistics
 import time
+import warnings
 from importlib import metadata
 from pathlib import Path
 
@@ -37,7 +37,10 @@ from freeseg.path import Line
 from freeseg.trackers.mpc import motion
 
 try:
-    import do_mpc
+    with warnings.catch_warnings():
+        # Of optional parts that are not installed.
+        warnings.simplefilter("ignore", UserWarning)
+        import do_mpc
 except ImportError:
     do_mpc = None
 
@@ -112,8 +115,7 @@ class ByDoMpc:
         model = do_mpc.model.Model("discrete", "SX")
         z = ca.vertcat(*(model.set_variable("_x", name) for name in STATES))
         u = ca.vertcat(*(model.set_variable("_u", name) for name in INPUTS))
-        # The state of step k counts from the first after now: the cost at now is a constant.
-        wanted = model.set_variable("_tvp", "wanted", (7, 1))
+        model.set_variable("_tvp", "wanted", (7, 1))
         after = motion(robot, dt)(z, u)
         for k, name in enumerate(STATES):
             model.set_rhs(name, after[k])
@@ -123,7 +125,8 @@ class ByDoMpc:
         controller.settings.t_step = dt
         controller.settings.store_full_solution = False
         controller.settings.nlpsol_opts = QUIET
-        off = z[:3] - wanted[2:5]
+        wanted, u = model.tvp["wanted"], ca.vertcat(*(model.u[name] for name in INPUTS))
+        off = ca.vertcat(*(model.x[name] for name in STATES[:3])) - wanted[2:5]
         apart = ca.sumsqr(off[:2]) + tracker.heading * off[2] ** 2
         effort = tracker.acceleration * ca.sumsqr(u - wanted[:2])
         controller.set_objective(
@@ -138,10 +141,9 @@ class ByDoMpc:
         template = controller.get_tvp_template()
 
         def read(t):
-            rows = preview(reference, robot, np.round(t / dt) * dt, n + 1)
-            # z of this time step is what the row before leads to.
-            before = preview(reference, robot, np.round(t / dt) * dt - dt, 1)
-            rows[:, 2:] = np.concatenate([before, rows])[:-1, 2:]
+            # Here, u of a row goes with the z that it starts from: that of the row before.
+            rows = preview(reference, robot, round(np.squeeze(t) / dt) * dt - dt, n + 2)
+            rows = np.concatenate([rows[1:, :2], rows[:-1, 2:]], axis=1)
             for k in range(n + 1):
                 template["_tvp", k, "wanted"] = rows[k]
             return template
@@ -163,8 +165,8 @@ class ByDoMpc:
         return law
 
 
-def drive(trackers, reference, robot, offset):
-    """Drive one robot with each tracker, in turns.
+def drive(trackers, reference, robot, offset, seconds=np.inf):
+    """Drive one robot with each tracker, in turns, for some seconds or to the end.
 
     Returns
     -------
@@ -178,9 +180,8 @@ def drive(trackers, reference, robot, offset):
     cos, sin = np.cos(theta), np.sin(theta)
     begin = np.array([x + ahead * cos - left * sin, y + ahead * sin + left * cos, theta + turned])
     poses, times = {name: [begin] for name in laws}, {name: [] for name in laws}
-    steps = reference.steps(DT)[:-1]
-    order = list(laws)
-    for number, t in enumerate(steps):
+    steps, order = reference.steps(DT)[:-1], list(laws)
+    for number, t in enumerate(steps[steps < seconds]):
         # Each is first in turn.
         for name in order[number % len(order) :] + order[: number % len(order)]:
             since = time.perf_counter(), time.process_time()
@@ -200,17 +201,17 @@ def row_of(times):
     return dict(zip(keys, (median, p99, median_cpu, p99_cpu), strict=True))
 
 
-def on_the_papers_path(robot, repeats, steps=None):
+def on_the_papers_path(robot, repeats, seconds):
     """Rows of the trackers without discs."""
     case = fs.load_cases()["15a"]
     world = fs.load_table(case.table)
     plan = fs.plan(world, case.start, case.goal, robot)
     reference = fs.make_reference(plan.path, robot, smoothing=0.03, world=world)
     mpc = fs.Mpc()
-    trackers = {"Mpc": mpc, "Mpc, qrqp": fs.Mpc(solver="qrqp"), "Opti with ipopt": ByOpti(mpc)}
+    trackers = {"Mpc": mpc, "Mpc with piqp": fs.Mpc(solver="piqp"), "Opti with ipopt": ByOpti(mpc)}
     if do_mpc:
-        trackers["do-mpc"] = ByDoMpc(mpc)
-    results = [drive(trackers, reference, robot, OFFSET) for _ in range(repeats)]
+        trackers["do-mpc with ipopt"] = ByDoMpc(mpc)
+    results = [drive(trackers, reference, robot, OFFSET, seconds) for _ in range(repeats)]
     rows = []
     for name in trackers:
         poses = results[0][name][0]
@@ -240,7 +241,66 @@ def past_discs(robot, repeats):
     active = int((apart.min(0) < 1e-3).sum())
     error = fs.tracking_error(reference.at(DT * np.arange(poses.shape[1])).pose, poses)
     row = row_of(np.concatenate([result["Mpc"][1] for result in results], axis=1))
-    return {"problem": f"{active} active discs", "tracker": "Mpc"} | row | {
-        "cross_track_rms_mm": 1e3 * np.sqrt((error[1] ** 2).mean()),
-        "violation_mm": 1e3 * max(0.0, -apart.min()),
-    }
+    return (
+        {"problem": f"{active} active discs", "tracker": "Mpc"}
+        | row
+        | {
+            "cross_track_rms_mm": 1e3 * np.sqrt((error[1] ** 2).mean()),
+            "violation_mm": 1e3 * max(0.0, -apart.min()),
+        }
+    )
+
+
+def show(rows):
+    """Print the table, and how `Mpc` compares."""
+    numbers = [key for key in rows[0] if key not in ("problem", "tracker")]
+    print(f"{'':32s}" + "".join(f"{key:>20s}" for key in numbers))
+    for row in rows:
+        values = "".join(
+            f"{row[key] if row[key] == '' else f'{row[key]:.4f}':>20}" for key in numbers
+        )
+        print(f"{row['problem']:16s}{row['tracker']:16s}{values}")
+    own, *others = [row for row in rows if row["problem"] == rows[0]["problem"]]
+    for row in others:
+        ratio, by_cpu = (row[key] / own[key] for key in ("median_ms", "median_cpu_ms"))
+        error = 100 * abs(own["cross_track_rms_mm"] / row["cross_track_rms_mm"] - 1)
+        print(
+            f"{row['tracker']} over Mpc: {ratio:.1f} times by the clock, {by_cpu:.1f} by the "
+            f"processor; cross-track RMS differs by {error:.2f} %"
+        )
+    print(f"Python {platform.python_version()} on {platform.machine()}")
+    for package in ("casadi", "do-mpc", "numpy"):
+        try:
+            print(package, metadata.version(package))
+        except metadata.PackageNotFoundError:
+            print(package, "not installed")
+
+
+def save(rows, file):
+    """Write the table as CSV."""
+    with Path(file).open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        for row in rows:
+            writer.writerow(
+                {key: f"{v:.4f}" if isinstance(v, float) else v for key, v in row.items()}
+            )
+
+
+def main(arguments=None):
+    """Run the comparison."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--repeats", type=int, default=5, help="runs of each")
+    parser.add_argument("--quick", action="store_true", help="one run of each, a short one")
+    parser.add_argument("--csv", metavar="FILE", help="write the table there, too")
+    options = parser.parse_args(arguments)
+    robot, repeats = fs.KheperaIV(), 1 if options.quick else options.repeats
+    seconds = 2.0 if options.quick else np.inf
+    rows = [*on_the_papers_path(robot, repeats, seconds), past_discs(robot, repeats)]
+    show(rows)
+    if options.csv:
+        save(rows, options.csv)
+
+
+if __name__ == "__main__":
+    main()
