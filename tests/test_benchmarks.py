@@ -66,3 +66,15 @@ def test_loops(capsys):
     # Both solve the held loop alike.
     for apart in re.findall(r"differ by at most (\S+) mm", printed):
         assert float(apart) < 1e-6
+
+
+def test_mpc(capsys):
+    # Without do-mpc installed, its row is missing.
+    load("mpc").main(["--quick"])
+    printed = capsys.readouterr().out
+    rows = [line.split() for line in printed.splitlines()]
+    *_, rms, violation = next(row for row in rows if row[:4] == ["7", "active", "discs", "Mpc"])
+    assert 0 < float(rms) < 15
+    assert float(violation) < 1
+    differs = re.search(r"Opti with ipopt over Mpc: .* differs by (.*) %", printed)
+    assert float(differs[1]) < 2
