@@ -2,6 +2,7 @@
 
 import pickle
 import warnings
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -174,17 +175,6 @@ def test_from_beside_the_path_the_errors_vanish(references, name):
     assert position[-1] < 5e-5
 
 
-def test_it_brakes_before_a_reference_that_it_cannot_follow_does(robot):
-    # The reference stops dead from 0.6 m/s: the robot, warned by its horizon, has slowed before.
-    reference = straight(1.0, 0.6, 2.7)
-    run = fs.simulate(fs.Mpc(), reference, robot)
-    slower = reference.at(run.t + DT / 2).v - run.wheels.mean(0)
-    assert run.error[0, -1] == pytest.approx(0, abs=1e-3)
-    # No overshoot of the goal by more than a millimetre.
-    assert run.pose[0].max() < 1.001
-    assert slower.max() > 0
-
-
 def test_it_turns_the_shorter_way_whatever_the_winding(references, robot):
     law, wound = (fs.Mpc().start(references["15a"], robot, DT) for _ in range(2))
     pose = references["15a"].pose[:, 0] + (0.01, 0.02, 0.1)
@@ -284,7 +274,7 @@ def test_it_keeps_out_of_seven_discs(robot, sides, speed):
 
 
 def test_it_knows_the_discs_that_are_near(robot):
-    # Hundred discs far away in front of the seven of the list: with only them, it is barred.
+    # First in the list are a hundred far away: three of these would leave the seven in the way.
     seven = row_of_discs((1, -1) * 3 + (1,), 0.15, 0.015, robot).obstacles
     far = [fs.Disc((5 + 0.1 * k, 5), 0.02) for k in range(100)]
     world = fs.World([*far, *seven])
@@ -399,6 +389,15 @@ def test_invalid_choice(name, choices, value):
 def test_obstacles_that_are_no_world(obstacles):
     with pytest.raises(fs.InvalidParameter, match=r"obstacles is .* give a World"):
         fs.Mpc(obstacles=obstacles)
+
+
+def test_the_solver_follows_the_obstacles(robot):
+    # Set later, obstacles still get the solver that is for them.
+    world = row_of_discs((1,) * 7, 0.1, 0.015, robot)
+    later = replace(fs.Mpc(), obstacles=world)
+    runs = [fs.simulate(t, straight(1.0, 0.5)) for t in (later, fs.Mpc(obstacles=world))]
+    assert_array_equal(runs[0].pose, runs[1].pose)
+    assert later.solver is None
 
 
 def test_polygons_are_refused():

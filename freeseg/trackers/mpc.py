@@ -89,7 +89,7 @@ class Mpc:
     before, moved on by one step, as the point of linearisation, one
     Gauss-Newton step remains: a sparse quadratic programme [1]_. A disc is
     replaced by the half plane beyond its tangent that faces the predicted
-    position; its complement holds the disc, so the plane is on the safe side.
+    position, which holds no point of the disc.
 
     References
     ----------
@@ -130,10 +130,10 @@ class Mpc:
                         f"obstacle {number} is a {type(obstacle).__name__}, and the MPC keeps out "
                         "of discs only; give a disc round it"
                     )
-        if self.solver is None:
-            object.__setattr__(self, "solver", "piqp" if self.obstacles else "qrqp")
         for name, choices in (("solver", SOLVERS), ("on_failure", ON_FAILURE)):
             given = getattr(self, name)
+            if given is None and name == "solver":
+                continue
             if not isinstance(given, str) or given not in choices:
                 raise InvalidParameter(f"{name} is {given!r}; choose one of {sorted(choices)}")
 
@@ -185,8 +185,9 @@ class Mpc:
 
         linearised = linearisation(motion(robot, dt), n, discs)
         structure = {"h": ca.Sparsity.diag(weights.size), "a": linearised.sparsity_out("a")}
-        options = {"error_on_fail": False} | SOLVERS[self.solver](self.iterations)
-        programme = ca.conic("programme", self.solver, structure, options)
+        solver = self.solver or ("piqp" if discs else "qrqp")
+        options = {"error_on_fail": False} | SOLVERS[solver](self.iterations)
+        programme = ca.conic("programme", solver, structure, options)
         state, near, gradient = np.zeros(5), circles[:discs].copy(), np.full(shape, self.keep_out)
         a, lower, upper = np.zeros(structure["a"].nnz()), np.zeros(rows), np.zeros(rows)
         plan, lam_x0, lam_a0 = np.zeros(shape), np.zeros(shape), np.zeros(rows)
@@ -253,7 +254,7 @@ class Mpc:
                 plan[:] = best
             predicted = status["success"]
             if not predicted:
-                message = f"{self.solver} found no command at {t:.3f} s: {status['return_status']}"
+                message = f"{solver} found no command at {t:.3f} s: {status['return_status']}"
                 if self.on_failure == "raise":
                     raise SolverFailed(
                         f"{message}; allow more iterations, choose another solver, or brake with "
