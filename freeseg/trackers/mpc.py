@@ -10,6 +10,7 @@ import numpy as np
 from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
 from freeseg.robot import check_positive
+from freeseg.trackers.common import check_gains
 from freeseg.world import Disc, World
 
 #: What qrqp would print.
@@ -110,8 +111,7 @@ class Mpc:
     on_failure: str = "raise"
 
     def __post_init__(self):
-        for name in ("heading", "acceleration", "terminal", "keep_out"):
-            object.__setattr__(self, name, check_positive(name, getattr(self, name)))
+        check_gains(self)
         for name in ("horizon", "nearest", "iterations"):
             given = getattr(self, name)
             try:
