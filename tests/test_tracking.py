@@ -1,3 +1,5 @@
+from itertools import product
+
 import numpy as np
 import pytest
 import shapely
@@ -537,3 +539,116 @@ def test_any_object_with_a_law_can_be_driven(robot):
     assert_allclose(run.wheels, np.tile(robot.to_wheels(0.1, 0.5)[:, None], len(run.t)))
     # All of it on a circle of radius 0.2 m round a point to the left of the start.
     assert_allclose(np.hypot(run.pose[0], run.pose[1] - 0.2), 0.2)
+
+
+# --- the paper's two tracked cases ---------------------------------------------------------------
+
+#: A start 10 mm behind or ahead, 10 mm to either side, turned by 10 degrees either way.
+CORNERS = np.transpose([*product((-0.01, 0.01), (-0.01, 0.01), np.radians([-10, 10]))])
+DISTURBED = {
+    "position_noise": 0.001,
+    "heading_noise": np.radians(0.5),
+    "wheel_base_error": 0.03,
+    "lag": 0.03,
+    "delay": 0.05,
+}
+
+
+@pytest.fixture(scope="module", params=["15a", "16b"])
+def tracked(request, cases, tables):
+    """World and smoothed reference of Fig. 17(a) and of Fig. 17(b)."""
+    case = cases[request.param]
+    world = tables[case.table]
+    path = fs.plan(world, case.start, case.goal).path
+    return world, fs.make_reference(path, smoothing=SMOOTHING, world=world)
+
+
+def variation(reference, robot):
+    """Total variation of the wheel speeds of a reference (m/s)."""
+    return np.abs(np.diff(robot.to_wheels(reference.v, reference.omega))).sum(1).max()
+
+
+def test_nominal_tracking_of_the_papers_cases(tracked, robot):
+    world, reference = tracked
+    numbers = fs.metrics.tracking(fs.simulate(fs.SlidingMode(), reference, robot), world)
+    assert numbers["position_rms_m"] <= 0.0012
+    assert numbers["position_max_m"] <= 0.0005
+    assert numbers["wheel_variation_m_s"] <= 1.3 * variation(reference, robot)
+    assert numbers["clearance_m"] > robot.radius
+
+
+@pytest.mark.parametrize(
+    "slip",
+    [{"slip": 0.05, "slip_fluctuation": 0.02}, {"slip": (0.05, 0.02)}, {"slip": (0.02, 0.05)}],
+)
+def test_disturbed_tracking_of_the_papers_cases(tracked, robot, slip):
+    world, reference = tracked
+    for seed in range(3):
+        run = fs.simulate(
+            fs.SlidingMode(),
+            reference,
+            robot,
+            initial_offset=np.repeat(CORNERS, 50, axis=1),
+            disturbance=fs.Disturbance(**DISTURBED, **slip),
+            seed=seed,
+        )
+        numbers = fs.metrics.tracking(run, world)
+        assert numbers["position_rms_m"].max() <= 0.006
+        assert numbers["clearance_m"].min() > robot.radius
+        # All of it is felt: none of these robots is as good as an undisturbed one.
+        assert numbers["position_rms_m"].min() > 0.001
+
+
+def test_sat_varies_the_wheels_much_less_than_sign(tracked, robot):
+    _, reference = tracked
+    sat, sign = (
+        fs.metrics.tracking(
+            fs.simulate(fs.SlidingMode(switching=switching), reference, robot, dt=0.01)
+        )["wheel_variation_m_s"]
+        for switching in ("sat", "sign")
+    )
+    assert sign >= 30 * sat
+
+
+def test_wheels_keep_the_limits_in_ten_thousand_random_runs(cases, tables, robot):
+    rng = np.random.default_rng(57)
+    names = ("k1", "k2", "phi1", "phi2", "length_scale")
+    for number, case in enumerate([*cases.values()] * 5):
+        world, dt = tables[case.table], float(rng.choice([0.02, 0.05, 0.1]))
+        reference = fs.make_reference(
+            fs.plan(world, case.start, case.goal).path,
+            robot,
+            speed=rng.uniform(0.3, 0.99),
+            acceleration=rng.uniform(0.3, 2.7),
+            smoothing=float(rng.choice([0, SMOOTHING])),
+            world=world,
+        )
+        gains = dict(zip(names, 10 ** rng.uniform(-2, 1, len(names)), strict=True))
+        disturbance = fs.Disturbance(
+            position_noise=rng.uniform(0, 0.05),
+            heading_noise=rng.uniform(0, 0.5),
+            slip=rng.uniform(-0.3, 0.3, 2),
+            slip_fluctuation=rng.uniform(0, 0.3),
+            wheel_base_error=rng.uniform(-0.2, 0.2),
+            wheel_radius_error=rng.uniform(-0.2, 0.2, 2),
+            lag=rng.uniform(0, 0.3),
+            delay=dt * int(rng.integers(0, 4)),
+        )
+        run = fs.simulate(
+            fs.SlidingMode(**gains, switching=str(rng.choice(sorted(SWITCHING)))),
+            reference,
+            robot,
+            dt,
+            rng.normal(0, [[0.3], [0.3], [1.5]], (3, 125)),
+            disturbance,
+            number,
+        )
+        assert np.isfinite(run.pose).all()
+        assert_within_limits(run, robot, dt)
+
+
+def test_a_reference_that_is_empty_or_has_one_point():
+    for count in (0, 1):
+        none = np.zeros(count)
+        with pytest.raises(fs.InvalidParameter, match="give two or more"):
+            Reference(none, np.zeros((3, count)), none, none, none, none)
