@@ -430,13 +430,14 @@ def test_super_twisting_by_hand():
 
 
 def test_super_twisting_learns_a_constant_disturbance(robot):
-    # Wheels that are 10 % too small leave the sliding mode behind, by 0.01 phi1 / k1.
+    # Wheels that are 10 % too small leave the sliding mode behind: 0.9 (v + k1 x_e / phi1) = v.
     small = fs.Disturbance(wheel_radius_error=-0.1)
     late = {}
     for tracker in (fs.SlidingMode, fs.SuperTwisting):
         run = fs.simulate(tracker(), LINE, robot, DT, disturbance=small)
         late[tracker] = np.abs(run.error[0, (run.t > 30) & (run.t < 50)]).max()
-    assert late[fs.SlidingMode] > 0.004
+    behind = (1 / 0.9 - 1) * 0.1 * fs.SlidingMode().phi1 / fs.SlidingMode().k1
+    assert late[fs.SlidingMode] == pytest.approx(behind, rel=1e-6)
     assert late[fs.SuperTwisting] < 1e-6
 
 

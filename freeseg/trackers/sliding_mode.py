@@ -108,7 +108,7 @@ def sliding_law(reference, dt, length_scale, floor, approach):
         For a reference that never moves forwards.
     """
     scale = reference.v.max() * length_scale
-    if not scale > 0:
+    if not np.all(scale > 0):
         raise InvalidParameter(
             f"the reference's top speed is {reference.v.max():g} m/s, and gamma is relative to it; "
             "give a reference that moves"
