@@ -10,6 +10,9 @@ from freeseg.world import check_world
 #: A run has settled once its position error stays below this (m).
 SETTLED = 0.01
 
+#: A wheel this close to a limit is at it: the rest is round-off (relative).
+AT_LIMIT = 1e-9
+
 #: Kinds of steps that are no repair.
 FIRST = {"straight", "turning point", "rooms", "shortest"}
 
@@ -43,8 +46,8 @@ def planning(world, plan):
     }
 
 
-def tracking(run, world=None):
-    """Numbers of a run.
+def tracking(run, world=None, since=0.0, until=np.inf):
+    """Numbers of a run, or of a part of it.
 
     Parameters
     ----------
@@ -52,40 +55,71 @@ def tracking(run, world=None):
         One robot, or a batch of n.
     world : World, optional
         Obstacles, for the clearance.
+    since, until : float, optional
+        First time that counts, and the first that no longer does (s), for
+        all numbers but the settling time.
 
     Returns
     -------
     dict
         Floats, or arrays of shape (n,) for a batch: ``position_rms_m``,
-        ``position_max_m``, ``position_final_m``, ``heading_rms_rad``,
-        ``heading_final_rad``; ``settling_time_s``, after which the position
-        error stays below 10 mm (infinite if it does not); per wheel
-        ``wheel_speed_max_m_s``, ``wheel_acceleration_max_m_s2`` (from rest on)
-        and ``wheel_variation_m_s``, the total variation, as the larger of
-        both wheels. With a world, ``clearance_m``, the smallest distance of
-        the robot's centre to an obstacle.
+        ``position_max_m``, ``position_final_m``; the part of it along the
+        reference's heading and the part across, ``along_track_rms_m`` and
+        ``cross_track_rms_m``; ``heading_rms_rad``, ``heading_final_rad``;
+        ``settling_time_s``, after which the position error stays below 10 mm
+        (infinite if it does not); per wheel ``wheel_speed_max_m_s``,
+        ``wheel_acceleration_max_m_s2`` (from rest on) and
+        ``wheel_variation_m_s``, the total variation, as the larger of both
+        wheels; ``wheel_acceleration_rms_m_s2``, over both, the control
+        effort; ``limited_share``, the share of time at which what a wheel is
+        asked for is at a limit of speed or acceleration. With a world,
+        ``clearance_m``, the smallest distance of the robot's centre to an
+        obstacle.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no run, or where no time of it counts.
     """
     if not isinstance(run, Run):
         raise InvalidParameter(f"run is a {type(run).__name__}; give what simulate returns")
-    position = np.hypot(run.error[0], run.error[1])
-    heading = np.abs(run.error[2])
-    settled = position < SETTLED
+    part = slice(*np.searchsorted(run.t, [since, until]))
+    if np.isnan([since, until]).any() or part.start >= part.stop:
+        raise InvalidParameter(
+            f"since is {since!r} and until {until!r}; give times (s) with steps of the run "
+            f"between them, which lasts {run.t[-1]:g} s"
+        )
+    settled = np.hypot(run.error[0], run.error[1]) < SETTLED
     # The first time of the last unbroken stretch that is settled.
     unsettled = np.where(settled.all(-1), 0, settled.shape[-1] - np.argmin(settled[..., ::-1], -1))
     settling = np.append(run.t, np.inf)[unsettled]
-    changes = np.abs(np.diff(run.wheels, axis=-1, prepend=0.0))
+    x_e, y_e, alpha_e = run.error[..., part]
+    position, heading = np.hypot(x_e, y_e), np.abs(alpha_e)
+    along = np.cos(alpha_e) * x_e + np.sin(alpha_e) * y_e
+    across = np.cos(alpha_e) * y_e - np.sin(alpha_e) * x_e
+    dt = run.t[1] - run.t[0]
+    changes, steps = (
+        np.abs(np.diff(speeds, axis=-1, prepend=0.0))[..., part]
+        for speeds in (run.wheels, run.asked)
+    )
+    limited = steps >= run.robot.max_wheel_acceleration * dt * (1 - AT_LIMIT)
+    limited |= np.abs(run.asked[..., part]) >= run.robot.max_wheel_speed * (1 - AT_LIMIT)
     values = {
         "position_rms_m": np.sqrt((position**2).mean(-1)),
         "position_max_m": position.max(-1),
         "position_final_m": position[..., -1],
+        "along_track_rms_m": np.sqrt((along**2).mean(-1)),
+        "cross_track_rms_m": np.sqrt((across**2).mean(-1)),
         "heading_rms_rad": np.sqrt((heading**2).mean(-1)),
         "heading_final_rad": heading[..., -1],
         "settling_time_s": settling,
-        "wheel_speed_max_m_s": np.abs(run.wheels).max((0, -1)),
-        "wheel_acceleration_max_m_s2": changes.max((0, -1)) / (run.t[1] - run.t[0]),
+        "wheel_speed_max_m_s": np.abs(run.wheels[..., part]).max((0, -1)),
+        "wheel_acceleration_max_m_s2": changes.max((0, -1)) / dt,
+        "wheel_acceleration_rms_m_s2": np.sqrt((changes**2).mean(-1).mean(0)) / dt,
         "wheel_variation_m_s": changes.sum(-1).max(0),
+        "limited_share": limited.any(0).mean(-1),
     }
     if world is not None:
-        points = shapely.points(np.moveaxis(run.pose[:2], 0, -1))
+        points = shapely.points(np.moveaxis(run.pose[:2][..., part], 0, -1))
         values["clearance_m"] = world.distances(points[..., None]).min((-1, -2), initial=np.inf)
     return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}

@@ -40,6 +40,9 @@ class Run:
         Robot that was driven, as the tracker knows it.
     measured : ndarray, shape (3, N) [(3, n, N)]
         What the tracker saw: the pose with measurement noise.
+    asked : ndarray, shape (2, N) [(2, n, N)]
+        Wheel speeds (m/s) that the motors were asked for from each time on,
+        within the limits; the motors follow with their lag.
     """
 
     t: np.ndarray
@@ -49,10 +52,13 @@ class Run:
     wheels: np.ndarray
     robot: KheperaIV
     measured: np.ndarray | None = None
+    asked: np.ndarray | None = None
 
     def __post_init__(self):
         if self.measured is None:
             object.__setattr__(self, "measured", self.pose)
+        if self.asked is None:
+            object.__setattr__(self, "asked", self.wheels)
 
 
 def simulate(
@@ -167,6 +173,7 @@ def simulate(
     measured = np.empty_like(pose) if disturbance.noisy else pose
     batch = offset.shape[1:]
     wheels = np.zeros((len(t), 2, *batch))
+    targets = np.zeros_like(wheels) if disturbance.lag else wheels
     law = tracker.start(reference, robot, dt)
     plant = replace(robot, wheel_base=robot.wheel_base * (1 + disturbance.wheel_base_error))
     samples = disturbance.start(batch, len(t), dt, seed)
@@ -185,13 +192,15 @@ def simulate(
         driven = asked
         if disturbance.lag:
             driven, speed = asked + mean * (speed - asked), asked + end * (speed - asked)
+            targets[step] = asked
         wheels[step] = driven
         pose[step + 1] = plant.move(pose[step], driven * rolled, dt)
-    wheels[-1] = driven
+    wheels[-1], targets[-1] = driven, asked
     measured = _time_last(measured) if disturbance.noisy else None
+    targets = _time_last(targets) if disturbance.lag else None
     pose, wheels = _time_last(pose), _time_last(wheels)
     target = wanted[:, None] if batch else wanted
-    return Run(t, pose, wanted, tracking_error(target, pose), wheels, robot, measured)
+    return Run(t, pose, wanted, tracking_error(target, pose), wheels, robot, measured, targets)
 
 
 def _time_last(array):

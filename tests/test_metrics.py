@@ -145,3 +145,76 @@ def test_tracking_of_a_simulated_run(tables, cases, robot):
     assert numbers["wheel_speed_max_m_s"] <= robot.max_wheel_speed
     assert numbers["wheel_acceleration_max_m_s2"] <= robot.max_wheel_acceleration * (1 + 1e-12)
     assert_allclose(numbers["position_final_m"], np.hypot(*run.error[:2, -1]))
+
+
+def test_errors_along_and_across_by_hand():
+    # The robot looks 90 degrees to the right of the reference: what is ahead of it is to the
+    # right of the reference's heading, what is to its left is ahead of the reference's robot.
+    run = make_run([0.03] * 4, [0.04] * 4, np.pi / 2)
+    numbers = fs.metrics.tracking(run)
+    assert numbers["along_track_rms_m"] == pytest.approx(0.04)
+    assert numbers["cross_track_rms_m"] == pytest.approx(0.03)
+
+
+def test_along_and_across_make_the_position():
+    error = np.random.default_rng(62).normal(0, 1, (3, 5, 4))
+    numbers = fs.metrics.tracking(make_run(*error))
+    squares = numbers["along_track_rms_m"] ** 2 + numbers["cross_track_rms_m"] ** 2
+    assert_allclose(squares, numbers["position_rms_m"] ** 2, rtol=1e-12)
+
+
+def test_across_is_the_distance_from_a_straight_path(robot):
+    # Along the x axis the distance from the path is y, however the robot is turned.
+    path = fs.plan(fs.World([]), (0, 0), (1, 0)).path
+    run = fs.simulate(fs.SlidingMode(), fs.make_reference(path), initial_offset=(-0.02, 0.03, 1.0))
+    numbers = fs.metrics.tracking(run)
+    assert numbers["cross_track_rms_m"] == pytest.approx(np.sqrt((run.pose[1] ** 2).mean()))
+
+
+def test_effort_by_hand():
+    wheels = [[0.1, 0.3, 0.3, 0.2], [0.2, 0.2, -0.4, -0.4]]
+    numbers = fs.metrics.tracking(make_run(np.zeros(4), wheels=wheels))
+    squares = [0.1**2, 0.2**2, 0, 0.1**2, 0.2**2, 0, 0.6**2, 0]
+    effort = np.sqrt(np.mean(squares)) / 0.5
+    assert numbers["wheel_acceleration_rms_m_s2"] == pytest.approx(effort)
+
+
+def test_share_at_a_limit_by_hand(robot):
+    most, fastest = robot.max_wheel_acceleration * 0.5, robot.max_wheel_speed
+    # As fast as it gets for one time (one wheel), then braked as hard as it gets for another.
+    asked = np.array([[0.1, fastest, fastest - most, 0], [0.1, 0.1, 0.1, 0.1]])
+    assert np.all(np.abs(np.diff(asked)) < most * 1.0001)
+    run = make_run(np.zeros(4), wheels=asked)
+    assert fs.metrics.tracking(run)["limited_share"] == 0.5
+    assert fs.metrics.tracking(make_run(np.zeros(4), wheels=0.1))["limited_share"] == 0
+
+
+def test_share_at_a_limit_of_a_run_with_lag(tables, robot):
+    # What counts is what the motors are asked for: with lag they change less than they may.
+    reference = fs.make_reference(fs.plan(tables[1], (0, 0), (0.75, 0.75)).path)
+    tracker = fs.SlidingMode(switching="sign", k2=40.0)
+    for lag in (0.0, 0.05):
+        run = fs.simulate(tracker, reference, disturbance=fs.Disturbance(lag=lag))
+        assert fs.metrics.tracking(run)["limited_share"] > 0.5
+        assert (run.asked is run.wheels) == (lag == 0)
+    run = fs.simulate(fs.SlidingMode(), reference)
+    assert fs.metrics.tracking(run)["limited_share"] == 0
+
+
+def test_a_part_of_a_run_by_hand():
+    run = make_run([0.03, 0, 0, -0.02], wheels=[[0.1, 0.3, 0.3, 0.2], [0.2, 0.2, -0.4, -0.4]])
+    late = fs.metrics.tracking(run, fs.World([]), since=1.0)
+    assert late["position_rms_m"] == pytest.approx(np.sqrt(0.02**2 / 2))
+    assert late["wheel_variation_m_s"] == pytest.approx(0.6)  # the step to that time counts
+    early = fs.metrics.tracking(run, until=1.0)
+    assert early["position_max_m"] == 0.03
+    assert early["wheel_variation_m_s"] == pytest.approx(0.3)
+    assert early["settling_time_s"] == late["settling_time_s"] == np.inf
+
+
+@pytest.mark.parametrize(
+    ("since", "until"), [(2, np.inf), (0, 0), (1, 1), (1.5, 1), (np.nan, 1), (0, np.nan)]
+)
+def test_a_part_without_times_is_refused(since, until):
+    with pytest.raises(fs.InvalidParameter, match="give times"):
+        fs.metrics.tracking(make_run(np.zeros(4)), since=since, until=until)
