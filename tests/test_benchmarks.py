@@ -78,3 +78,49 @@ def test_mpc(capsys):
     assert float(violation) < 1
     differs = re.search(r"Opti with ipopt over Mpc: .* differs by (.*) %", printed)
     assert float(differs[1]) < 2
+
+
+def test_tune_trackers(tmp_path, monkeypatch, capsys):
+    script = load("tune_trackers")
+    # Not the searches, which take minutes; one seed is better on the courses that count.
+    found = {("Lqr", 0): 0.002, ("Lqr", 1): 0.001, ("PurePursuit", 0): 0.1, ("PurePursuit", 1): 0.2}
+
+    def search(name, seed, budget):
+        row = {"tracker": name, "gain": "k", "value": 0.5, "budget": budget, "seed": seed}
+        return [row | {"score": found[name, seed], "held_out": 0.003}]
+
+    monkeypatch.setattr(script, "search", search)
+    file = tmp_path / "gains.csv"
+    script.main(["PurePursuit"], 16, file)
+    script.main(["Lqr"], 32, file)
+    assert (
+        "PurePursuit            seed 1: training 200.000 mm, held out 3.000"
+        in capsys.readouterr().out
+    )
+    rows = [line.split(",") for line in file.read_text().splitlines()]
+    assert rows[0] == ["tracker", "gain", "value", "budget", "seed", "score", "held_out", "chosen"]
+    # The rows of a tracker that was not named stay.
+    assert [(row[0], row[3], row[4], row[7]) for row in rows[1:]] == [
+        ("Lqr", "32", "0", "0"),
+        ("Lqr", "32", "1", "1"),
+        ("PurePursuit", "16", "0", "1"),
+        ("PurePursuit", "16", "1", "0"),
+    ]
+
+
+def test_a_search_of_the_benchmark(monkeypatch):
+    script = load("tune_trackers")
+    course = script.comparison.paper_courses()[1:]
+    monkeypatch.setattr(script.comparison, "random_courses", lambda *_: course)
+    monkeypatch.setattr(script.comparison, "held_out_courses", lambda *_: course)
+    row, _ = script.search("PurePursuit", 0, script.comparison.POPULATION)
+    assert row["tracker"] == "PurePursuit"
+    assert 0 < row["score"] < 0.01
+    assert 0 < row["held_out"] < 0.01
+
+
+def test_tracker_steps(capsys):
+    load("tracker_steps").main(repeats=1, file=None)
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert len(rows) == 10
+    assert {"SlidingMode", "Mpc"} < {row[0] for row in rows}
