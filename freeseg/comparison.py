@@ -67,7 +67,7 @@ RANGES = {
         "k2": (0.2, 20),
         "phi1": (0.01, 1),
         "phi2": (0.05, 5),
-        "length_scale": (0.006, 0.6),
+        "length_scale": (0.0045, 0.45),
     },
     "SuperTwisting": {
         "lambda1": (0.03, 3),

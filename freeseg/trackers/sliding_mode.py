@@ -47,7 +47,7 @@ class SlidingMode:
     k2: float = 2.0
     phi1: float = 0.1
     phi2: float = 0.5
-    length_scale: float = 0.06
+    length_scale: float = 0.045
     switching: str = "sat"
     floor: float = 0.25
 
