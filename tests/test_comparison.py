@@ -182,7 +182,7 @@ def test_gains_that_no_tracker_has_are_refused(tmp_path):
         comparison.load_gains(file)
 
 
-def test_the_interval_covers_the_mean_as_often_as_it_says():
+def test_the_interval_covers_the_mean_about_as_often_as_it_says():
     # Runs that depend on the course, on the robot and on chance.
     rng = np.random.default_rng(8)
     covered = 0
@@ -190,7 +190,8 @@ def test_the_interval_covers_the_mean_as_often_as_it_says():
         values = rng.normal(0, 1, (14, 1)) + rng.normal(0, 0.5, (1, 8)) + rng.normal(0, 1, (14, 8))
         low, high = comparison.interval(values, trial)
         covered += low <= 0 <= high
-    assert 0.85 < covered / 200 <= 1
+    # 95 %, give or take three standard deviations of that many trials.
+    assert 0.9 < covered / 200 < 0.995
 
 
 @pytest.mark.parametrize("values", [1, [1, 2, 3], [[1, 2]], [[1], [2]], [[1, np.nan], [1, 2]]])
