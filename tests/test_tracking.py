@@ -418,7 +418,8 @@ def test_the_law_reaches_the_surface_as_equations_11_and_12_say(robot, switching
             sliding_surface(tracker, reference, t + step, pose + step * rate) for step in (-h, 0, h)
         )
         x_e = fs.tracking_error(reference.pose[:, index], pose)[0]
-        assert abs(x_e) < 0.06  # so that the denominator is off its floor
+        # So that the denominator is off its floor:
+        assert x_e > -(1 - tracker.floor) * tracker.length_scale
         reaching = SWITCHING[switching](here / (tracker.phi1, tracker.phi2))
         assert_allclose((after - before) / (2 * h), -reaching * (tracker.k1, tracker.k2), atol=2e-4)
 
@@ -583,7 +584,7 @@ def test_nominal_tracking_of_the_papers_cases(tracked, robot):
 )
 def test_disturbed_tracking_of_the_papers_cases(tracked, robot, slip):
     world, reference = tracked
-    for seed in range(3):
+    for seed in (0, 1, 12):  # 12: the hardest of many
         run = fs.simulate(
             fs.SlidingMode(),
             reference,

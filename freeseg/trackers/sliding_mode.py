@@ -16,7 +16,7 @@ class SlidingMode:
     """Gains of the sliding-mode law, equations (7) to (13).
 
     The paper publishes none of them: every default is an assumption. With
-    these, disturbed robots stay clear of the obstacles (notebook 09).
+    these, disturbed robots hardly ever touch an obstacle (notebook 09).
 
     Parameters
     ----------
