@@ -20,6 +20,7 @@ DIRECT = [
     "joblib",
     "jupyterlab",
     "matplotlib",
+    "nbgrader",
     "nbmake",
     "numpy",
     "pytest",
