@@ -24,9 +24,10 @@ TEXT = ("text/plain", "text/markdown", "text/html", "text/latex")
 
 
 def every_notebook():
-    """Files of the collection; not the checkpoints that JupyterLab hides among them."""
+    """Files of the collection; not what JupyterLab and nbgrader make of them."""
+    made = {".ipynb_checkpoints", "build"}
     files = sorted(NOTEBOOKS.rglob("*.ipynb"))
-    return [file for file in files if ".ipynb_checkpoints" not in file.parts]
+    return [file for file in files if made.isdisjoint(file.relative_to(NOTEBOOKS).parts)]
 
 
 def mask(text):

@@ -44,6 +44,12 @@ def test_notebooks(tmp_path, capsys):
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["tiny", "all"]
 
 
+def test_grading(capsys):
+    load("grading").main(students=2)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["release", "grades:", "feedback:", "2", "1"]
+
+
 def test_peers(capsys):
     # Without the peers installed, freeseg's own rows.
     load("peers").main(["--quick"])

@@ -1,0 +1,73 @@
+"""What the problem sets in ``notebooks/assignments/`` share: seeds and checks."""
+
+import io
+import sys
+import warnings
+import zlib
+from contextlib import redirect_stderr, redirect_stdout
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+
+
+def variant_seed(course, student):
+    """Seed of the worlds that one student of one course works on.
+
+    Parameters
+    ----------
+    course, student : str
+        Their names; capitals and outer blanks do not count.
+
+    Returns
+    -------
+    int
+        The same for the same names, everywhere.
+
+    Raises
+    ------
+    InvalidParameter
+        For a name that is no text, or empty.
+
+    Examples
+    --------
+    >>> variant_seed("robotics", "Ada ") == variant_seed("robotics", "ada")
+    True
+    """
+    for name, value in (("course", course), ("student", student)):
+        if not isinstance(value, str) or not value.strip():
+            raise InvalidParameter(f'{name} is {value!r}; give a name in quotes, such as "ada"')
+    return zlib.crc32("\n".join(name.strip().lower() for name in (course, student)).encode())
+
+
+def check(test, *seeds):
+    """Run a test of a problem set; say what fails, and let the notebook go on.
+
+    What fails is printed to the error stream, for which nbgrader gives no
+    points. What the code under test prints or warns of is not shown and does
+    not count.
+
+    Parameters
+    ----------
+    test : callable
+        ``test(rng)`` raises an `AssertionError` that says what is wrong. The
+        first line of its docstring says what it tests.
+    *seeds : int
+        It is run with a random generator of each, until it fails.
+    """
+    title = test.__doc__.strip().splitlines()[0]
+    for seed in seeds:
+        aside = io.StringIO()
+        try:
+            with warnings.catch_warnings(), redirect_stdout(aside), redirect_stderr(aside):
+                warnings.simplefilter("ignore")
+                test(np.random.default_rng(seed))
+        except AssertionError as error:
+            found = str(error) or "an assert of your own failed, and has no message"
+        except Exception as error:
+            found = f"your code raised {type(error).__name__}: {error}"
+        else:
+            continue
+        print(f"not yet: {title}\n{found}", file=sys.stderr)
+        return
+    print(f"passed: {title}")

@@ -1,0 +1,272 @@
+"""Release the problem sets and grade what comes back; README.md beside this file says when.
+
+python notebooks/assignments/grade.py release         makes build/release/
+python notebooks/assignments/grade.py grade FOLDER    grades, then reports
+python notebooks/assignments/grade.py report          writes build/grades.csv and build/feedback/
+
+nbgrader does the work; its exit codes do not tell what happened to whom, so what is reported is
+read from its grade book, and what it would trust in a submission is put right before.
+"""
+
+import argparse
+import csv
+import dis
+import logging
+import os
+import re
+import sys
+import warnings
+from contextlib import suppress
+from pathlib import Path
+
+import nbformat
+from nbgrader.api import Gradebook, MissingEntry
+from nbgrader.converters import Autograde, GenerateAssignment, GenerateFeedback
+from nbgrader.coursedir import CourseDirectory
+from nbgrader.utils import capture_log
+from tqdm import tqdm
+from traitlets.config import PyFileConfigLoader
+
+HERE = Path(__file__).resolve().parent
+COLUMNS = ["set", "student", "score", "max_score", "to_grade_by_hand", "remarks"]
+
+
+# nbgrader runs alembic by its name: it is beside this Python, active environment or not.
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+# Of SQLAlchemy, at every submission; nbgrader works with it all the same.
+warnings.filterwarnings("ignore", module="nbgrader")
+# What nbgrader logs is captured, not shown between the progress.
+LOG = logging.getLogger("freeseg.assignments")
+LOG.propagate = False
+
+
+def open_course(folder):
+    """The course in a folder, as its nbgrader_config.py sets it up."""
+    (folder / "build").mkdir(exist_ok=True)
+    config = PyFileConfigLoader("nbgrader_config.py", str(folder)).load_config()
+    return CourseDirectory(config=config)
+
+
+def open_book(course):
+    """nbgrader's grade book of a course; close it with `with`."""
+    return Gradebook(course.db_url, course.course_id)
+
+
+def convert(converter, course, name, student="."):
+    """Run one of nbgrader's steps for one set and student; None, or its log if it failed."""
+    course.assignment_id, course.student_id = name, student
+    step = converter(coursedir=course, config=course.config, log=LOG, force=True)
+    result = capture_log(step)
+    return None if result["success"] else result.get("log", "") + result["error"]
+
+
+def names_of_sets(folder):
+    """Names of the problem sets: a folder each, with a notebook of the same name."""
+    return sorted(file.stem for file in folder.glob("*/*.ipynb") if file.stem == file.parent.name)
+
+
+def release(folder=HERE):
+    """Write what students get to build/release/, and the tests into the grade book."""
+    course = open_course(folder)
+    for name in tqdm(names_of_sets(folder), desc="release", unit="set"):
+        if log := convert(GenerateAssignment, course, name):
+            raise SystemExit(f"{name} cannot be released:\n{log}")
+
+
+def grade(submissions, folder=HERE):
+    """Grade every notebook below a folder of folders, one of each student; then report.
+
+    Parameters
+    ----------
+    submissions : Path
+        The first folder below it names the student, the notebook's own name the set.
+    folder : Path, optional
+        Where the course is.
+    """
+    course = open_course(folder)
+    released = {}
+    for name in names_of_sets(folder):
+        file = folder / "build" / "release" / name / f"{name}.ipynb"
+        if not file.exists():
+            raise SystemExit(f"{name} is not released yet; run: grade.py release")
+        released[name] = nbformat.read(file, as_version=4)
+    files = [
+        file
+        for file in sorted(submissions.rglob("*.ipynb"))
+        if ".ipynb_checkpoints" not in file.parts
+    ]
+    if not files:
+        raise SystemExit(f"{submissions} has no notebooks; give a folder with one folder a student")
+    remarks = {}
+    for file in tqdm(files, desc="grade", unit="submission"):
+        student, *_ = file.relative_to(submissions).parts
+        name = next((name for name in released if file.stem.startswith(name)), "")
+        if (name, student) in remarks:
+            remarks[name, student].append(f"not graded, for it is there twice: {file}")
+            continue
+        notes = remarks[name, student] = []
+        if not name or file.parent == submissions:
+            notes.append(f"not graded: {file} is not <student>/…/<set>.ipynb")
+            continue
+        try:
+            submitted = nbformat.read(file, as_version=4)
+            nbformat.validate(submitted)
+            restored, changes = restore(submitted, released[name])
+        except Exception as error:  # whatever a broken file makes nbformat raise
+            notes.append(f"not graded: does not open ({type(error).__name__}: {str(error)[:200]})")
+            _forget(course, name, student)
+            continue
+        notes += changes
+        target = folder / "build" / "submitted" / student / name / f"{name}.ipynb"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        nbformat.write(restored, target)
+        if log := convert(Autograde, course, name, student):
+            # A traceback's last line, as nbgrader's log indents it, says what happened.
+            causes = re.findall(r"^ {4}(\w[\w.]*: .*)$", log, re.M) or [log.strip()]
+            notes.append(f"not graded: nbgrader stopped ({causes[-1]})")
+            _forget(course, name, student)
+    report(folder, remarks)
+
+
+def _forget(course, name, student):
+    """Remove a submission that could not be graded from the grade book: no score is not zero."""
+    with open_book(course) as book, suppress(MissingEntry):
+        book.remove_submission(name, student)
+
+
+def restore(submitted, released):
+    """A student's answers in the notebook that was released.
+
+    nbgrader restores a test whose text was changed. It does not mind one that is tagged to be
+    skipped, and it stumbles where cells were deleted or turned into others.
+
+    Parameters
+    ----------
+    submitted, released : NotebookNode
+        What came back, and what was given out.
+
+    Returns
+    -------
+    restored : NotebookNode
+        The released cells in their order, with the source of the submitted answers; cells that
+        the student added stay where they were, as plain ones.
+    changes : list of str
+        What had to be put right.
+    """
+    originals = {cell.metadata.nbgrader.grade_id: cell for cell in released.cells if _id(cell)}
+    answers, added, changes, last = {}, {None: []}, [], None
+    for cell in submitted.cells:
+        if _id(cell) in originals and _id(cell) not in answers:
+            last = _id(cell)
+            answers[last] = cell
+            added[last] = []
+            continue
+        if _id(cell):
+            changes.append(f"a copy of cell {_id(cell)} is no test and no answer")
+        new = (
+            nbformat.v4.new_code_cell if cell.cell_type == "code" else nbformat.v4.new_markdown_cell
+        )
+        added[last].append(new(cell.source, id=f"added-{len(added)}-{len(added[last])}"))
+    cells = added[None]
+    for name, original in originals.items():
+        cell = original.copy()
+        if name not in answers:
+            changes.append(f"cell {name} was missing and is put back")
+        elif original.metadata.nbgrader.solution:
+            cell.source = answers[name].source
+        elif not _same(answers[name], original):
+            changes.append(f"cell {name} was changed and is put back")
+        cells += [cell, *added.get(name, [])]
+    given = {"check"}.union(*(_names(cell) for cell in originals.values() if _is_given(cell)))
+    own = [cell for cell in cells if not cell.metadata.get("nbgrader", {}).get("locked")]
+    if hidden := given & set().union(*map(_names, own)):
+        changes.append(f"look at it: it redefines what the tests use: {', '.join(sorted(hidden))}")
+    return nbformat.v4.new_notebook(cells=cells, metadata=released.metadata), changes
+
+
+def _is_given(cell):
+    """Whether a cell is neither a test nor an answer, and was not to be changed."""
+    return cell.metadata.nbgrader.locked and not cell.metadata.nbgrader.grade
+
+
+def _names(cell):
+    """Names that a code cell gives a value to, outside of functions."""
+    try:
+        code = compile(cell.source if cell.cell_type == "code" else "", "", "exec")
+    except (SyntaxError, ValueError):  # it does not run either
+        return set()
+    return {step.argval for step in dis.get_instructions(code) if step.opname == "STORE_NAME"}
+
+
+def _id(cell):
+    """A cell's name in nbgrader, or None."""
+    return (cell.metadata.get("nbgrader") or {}).get("grade_id")
+
+
+def _same(cell, original):
+    """Whether a cell is what was given out, whatever an editor adds to its metadata."""
+    return (
+        cell.source == original.source
+        and cell.cell_type == original.cell_type
+        and cell.metadata.nbgrader == original.metadata.nbgrader
+        and cell.metadata.get("tags", []) == original.metadata.get("tags", [])
+    )
+
+
+def report(folder=HERE, remarks=None):
+    """Write build/grades.csv and build/feedback/ from the grade book.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Where the course is.
+    remarks : dict, optional
+        Lists of remarks by set and student; other remarks stay as they were.
+    """
+    course = open_course(folder)
+    table = folder / "build" / "grades.csv"
+    rows = {}
+    if table.exists():
+        with table.open(newline="", encoding="utf-8") as stream:
+            rows = {(row["set"], row["student"]): row["remarks"] for row in csv.DictReader(stream)}
+    rows |= {key: "; ".join(notes) for key, notes in (remarks or {}).items()}
+    with open_book(course) as book, table.open("w", newline="", encoding="utf-8") as stream:
+        write = csv.writer(stream)
+        write.writerow(COLUMNS)
+        for (name, student), notes in tqdm(sorted(rows.items()), desc="report", unit="submission"):
+            numbers = ["", "", ""]
+            try:
+                submission = book.find_submission(name, student)
+            except MissingEntry:
+                pass
+            else:
+                by_hand = sum(
+                    grade.needs_manual_grade
+                    for notebook in submission.notebooks
+                    for grade in notebook.grades
+                )
+                numbers = [submission.score, submission.max_score, by_hand]
+                convert(GenerateFeedback, course, name, student)
+            write.writerow([name, student, *numbers, notes])
+    print(f"grades: {table}\nfeedback: {folder / 'build' / 'feedback'}")
+
+
+def main(arguments=None):
+    """Run one command."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("release", help="make build/release/ from all sets")
+    grading = commands.add_parser("grade", help="grade a folder of submissions, then report")
+    grading.add_argument("submissions", type=Path, help="folder with one folder a student")
+    commands.add_parser("report", help="write grades and feedback again, after grading by hand")
+    chosen = parser.parse_args(arguments)
+    if chosen.command == "release":
+        release()
+    elif chosen.command == "grade":
+        grade(chosen.submissions.resolve())
+    else:
+        report()
+
+
+if __name__ == "__main__":
+    main()

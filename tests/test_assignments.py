@@ -1,0 +1,399 @@
+"""The problem sets are released and graded as a lecturer does it, by nbgrader itself."""
+
+import ast
+import csv
+import importlib.util
+import json
+import shutil
+from copy import deepcopy
+
+import nbformat
+import numpy as np
+import pytest
+from refresh_notebooks import NOTEBOOKS
+
+import freeseg as fs
+from freeseg.assignments import check, variant_seed
+
+FOLDER = NOTEBOOKS / "assignments"
+PS1 = "ps1_kinematics_and_segments"
+SETS = sorted(file.stem for file in FOLDER.glob("ps*/*.ipynb"))
+#: Longest time of a cell (s) where one loops, and elsewhere, where the machine may be busy.
+LOOPING, TIMEOUT = 15, 120
+
+#: Typical mistakes: set, text of the reference solution, what stands there instead, tests lost.
+MISTAKES = {
+    "wheel base halved": (
+        "ps1_kinematics_and_segments",
+        "(right - left) / L",
+        "(right - left) / (L / 2)",
+        {"test-to-body"},
+    ),
+    "wheel base halved twice": (
+        "ps1_kinematics_and_segments",
+        "v + L * omega / 2, v - L * omega / 2",
+        "v + L / 2 * omega / 2, v - L / 2 * omega / 2",
+        {"test-to-wheels"},
+    ),
+    "degrees for radians": (
+        "ps1_kinematics_and_segments",
+        "np.abs(np.radians(sweep_deg))",
+        "np.abs(sweep_deg)",
+        {"test-arc-length"},
+    ),
+    "mm for m": (
+        "ps1_kinematics_and_segments",
+        "(apart - radii_mm[:-1] - radii_mm[1:]) / 1000",
+        "apart - radii_mm[:-1] - radii_mm[1:]",
+        {"test-tables", "test-worlds"},
+    ),
+    "danger segments not ignored": (
+        "ps1_kinematics_and_segments",
+        "number = int(np.sum(is_safe(lengths, diameter, margin)))",
+        "number = len(lengths)",
+        {"test-ignored"},
+    ),
+}
+
+
+def read(name, folder=FOLDER):
+    return nbformat.read(folder / name / f"{name}.ipynb", as_version=4)
+
+
+def nbgrader_cells(notebook):
+    """Cells that nbgrader knows, by name."""
+    return {
+        cell.metadata.nbgrader.grade_id: cell
+        for cell in notebook.cells
+        if "nbgrader" in cell.metadata
+    }
+
+
+@pytest.fixture(params=SETS, ids=lambda name: name.split("_")[0])
+def name(request):
+    return request.param
+
+
+class Course:
+    """A copy of the assignments, with some of the sets, to release and grade in."""
+
+    def __init__(self, root, *names, timeout=TIMEOUT, course="freeseg"):
+        self.folder = root / "assignments"
+        self.submissions = root / "submissions"
+        for name in names:
+            shutil.copytree(FOLDER / name, self.folder / name)
+        for file in FOLDER.glob("*.py"):
+            text = file.read_text(encoding="utf-8")
+            text = text.replace("c.Execute.timeout = 30", f"c.Execute.timeout = {timeout}")
+            text = text.replace('course_id = "freeseg"', f'course_id = "{course}"')
+            (self.folder / file.name).write_text(text, encoding="utf-8")
+        spec = importlib.util.spec_from_file_location("grade", self.folder / "grade.py")
+        self.grade = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(self.grade)
+
+    def release(self):
+        self.grade.release(self.folder)
+        return self.folder / "build" / "release"
+
+    def submit(self, student, name, notebook):
+        file = self.submissions / student / f"{name}.ipynb"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(notebook) if notebook else '{"cells": [', encoding="utf-8")
+
+    def graded(self):
+        """Grade all submissions; rows of grades.csv by student."""
+        self.grade.grade(self.submissions, self.folder)
+        return self.rows()
+
+    def rows(self):
+        with (self.folder / "build" / "grades.csv").open(newline="", encoding="utf-8") as stream:
+            return {row["student"]: row for row in csv.DictReader(stream)}
+
+    def points(self, student, name):
+        """Points and worth of every graded cell, from nbgrader's grade book."""
+        with self.grade.open_book(self.grade.open_course(self.folder)) as book:
+            submission = book.find_submission_notebook(name, name, student)
+            return {grade.name: (grade.score, grade.max_score) for grade in submission.grades}
+
+    def lost(self, student, name):
+        """Tests that gave less than all their points."""
+        return {
+            cell for cell, (score, worth) in self.points(student, name).items() if score < worth
+        }
+
+    def grade_by_hand(self, student, name):
+        """Full points for every answer that waits for the lecturer."""
+        with self.grade.open_book(self.grade.open_course(self.folder)) as book:
+            for grade in book.find_submission_notebook(name, name, student).grades:
+                if grade.needs_manual_grade:
+                    grade.manual_score, grade.needs_manual_grade = grade.max_score, False
+            book.db.commit()
+
+    def said(self, student, name):
+        """What every graded cell printed to the error stream."""
+        autograded = read(name, self.folder / "build" / "autograded" / student)
+        return {
+            cell_name: "".join(
+                output.text for output in cell.outputs if output.get("name") == "stderr"
+            )
+            for cell_name, cell in nbgrader_cells(autograded).items()
+            if cell.cell_type == "code"
+        }
+
+
+def solve(released, source, only=None):
+    """The released notebook with the reference solution, or with that of some cells."""
+    solved, reference = deepcopy(released), nbgrader_cells(source)
+    for cell_name, cell in nbgrader_cells(solved).items():
+        if cell.metadata.nbgrader.solution and (only is None or cell_name in only):
+            cell.source = reference[cell_name].source
+    return solved
+
+
+def replace_once(notebook, old, new):
+    """A copy of a notebook in which a solution says something else."""
+    changed = deepcopy(notebook)
+    found = [cell for cell in nbgrader_cells(changed).values() if old in cell.source]
+    (cell,) = (cell for cell in found if cell.metadata.nbgrader.solution)
+    cell.source = cell.source.replace(old, new)
+    return changed
+
+
+def test_grading_by_nbgrader(name, tmp_path):
+    course = Course(tmp_path, name)
+    released, source = read(name, course.release()), read(name)
+    graded = {
+        cell_name: cell.metadata.nbgrader.points
+        for cell_name, cell in nbgrader_cells(source).items()
+        if cell.metadata.nbgrader.grade
+    }
+    solutions = [
+        cell_name
+        for cell_name, cell in nbgrader_cells(source).items()
+        if cell.metadata.nbgrader.solution and not cell.metadata.nbgrader.grade
+    ]
+    solved = solve(released, source)
+    course.submit("untouched", name, released)
+    course.submit("reference", name, solved)
+    course.submit("half", name, solve(released, source, solutions[: 1 + len(solutions) // 2]))
+    mistakes = {key: mistake for key, mistake in MISTAKES.items() if mistake[0] == name}
+    for key, (_, old, new, _) in mistakes.items():
+        course.submit(key, name, replace_once(solved, old, new))
+    rows = course.graded()
+
+    assert set(rows) == {"untouched", "reference", "half", *mistakes}
+    assert {row["remarks"] for row in rows.values()} == {""}
+    assert float(rows["untouched"]["score"]) == 0
+    assert float(rows["untouched"]["max_score"]) == sum(graded.values())
+    unsolved = read(name, course.folder / "build" / "autograded" / "untouched")
+    assert not [
+        o for cell in unsolved.cells for o in cell.get("outputs", ()) if o.output_type == "error"
+    ]
+
+    by_hand = int(rows["reference"]["to_grade_by_hand"])
+    final = rows["reference"]
+    if by_hand:
+        course.grade_by_hand("reference", name)
+        course.grade.report(course.folder)
+        final = course.rows()["reference"]
+    assert float(final["score"]) == float(final["max_score"]) == sum(graded.values())
+    assert final["to_grade_by_hand"] == "0"
+    assert 0 < float(rows["half"]["score"]) < float(rows["reference"]["score"])
+
+    waiting = {
+        cell_name
+        for cell_name in graded
+        if nbgrader_cells(source)[cell_name].metadata.nbgrader.solution
+    }
+    assert len(waiting) == by_hand
+    for key, (*_, tests) in mistakes.items():
+        assert course.lost(key, name) == tests | waiting, key
+        points = course.points(key, name)
+        # The curve of the last set gives a part of its points; every other test all or none.
+        assert all(points[test][0] == 0 for test in tests - {"test-cost-curve"}), key
+        lost = sum(graded[test] - points[test][0] for test in tests | waiting)
+        assert float(rows[key]["score"]) == pytest.approx(sum(graded.values()) - lost), key
+        assert lost > sum(graded[test] for test in waiting)
+
+    for student in ("untouched", *mistakes):
+        for cell_name, message in course.said(student, name).items():
+            if message:
+                first, second, *_ = message.splitlines()
+                assert first.startswith("not yet: ")
+                assert len(second) > 20, cell_name
+                assert "AssertionError" not in message
+    for student in rows:
+        assert (course.folder / "build" / "feedback" / student / name / f"{name}.html").exists()
+
+
+def tamper(notebook):
+    """Do to every test of the first set what would give points for nothing."""
+    notebook = deepcopy(notebook)
+    cells = nbgrader_cells(notebook)
+    cells["test-to-body"].source = "print('passed')"
+    notebook.cells.remove(cells["test-to-wheels"])
+    notebook.cells.remove(cells["setup"])
+    cells["test-straight"].metadata.tags = ["skip-execution"]
+    notebook.cells[notebook.cells.index(cells["test-arc"])] = nbformat.v4.new_markdown_cell(
+        cells["test-arc"].source, metadata=cells["test-arc"].metadata
+    )
+    cells["test-arc-length"].metadata.nbgrader.points = 99
+    cells["test-tables"].metadata.nbgrader.grade = False
+    fake = nbformat.v4.new_code_cell("", metadata=cells["test-worlds"].metadata)
+    notebook.cells.append(fake)
+    cells["test-safe"].metadata.nbgrader.update(locked=False, solution=True)
+    del cells["test-ignored"].metadata["nbgrader"]
+    shadow = "check = points = lambda *anything: print('passed')"
+    notebook.cells.insert(notebook.cells.index(cells["wheels"]), nbformat.v4.new_code_cell(shadow))
+    return notebook
+
+
+def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
+    course = Course(tmp_path, PS1, timeout=LOOPING)
+    released, source = read(PS1, course.release()), read(PS1)
+    solved = solve(released, source)
+    body = "length = radius * np.abs(np.radians(sweep_deg))"
+    course.submit("a broken file", PS1, None)
+    course.submit("a dead kernel", PS1, replace_once(solved, body, "import os; os._exit(1)"))
+    course.submit("a loop", PS1, replace_once(solved, body, "while True: pass"))
+    course.submit("tampered", PS1, tamper(solved))
+    course.submit("tampered and unsolved", PS1, tamper(released))
+    course.submit("twice", f"{PS1}-Copy1", solved)
+    course.submit("twice", f"{PS1}-Copy2", solved)
+    course.submit("unknown", "essay", solved)
+    rows = course.graded()
+    assert "8/8" in capfd.readouterr().err  # the progress, over all files
+
+    for student, why in (
+        ("a broken file", "does not open"),
+        ("a dead kernel", "Kernel died"),
+        ("unknown", "is not <student>/"),
+    ):
+        assert rows[student]["remarks"].startswith("not graded: ")
+        assert why in rows[student]["remarks"]
+        assert rows[student]["score"] == ""
+
+    assert course.lost("a loop", PS1) == {"test-arc-length"}
+    assert float(rows["a loop"]["score"]) == 20 - 2
+    assert rows["a loop"]["remarks"] == ""
+
+    assert float(rows["tampered"]["score"]) == float(rows["tampered"]["max_score"]) == 20
+    assert float(rows["tampered and unsolved"]["score"]) == 0
+    for student in ("tampered", "tampered and unsolved"):
+        for cell in nbgrader_cells(released).values():
+            assert "it redefines what the tests use: check" in rows[student]["remarks"]
+            named = f"cell {cell.metadata.nbgrader.grade_id} " in rows[student]["remarks"]
+            assert named == (cell.metadata.nbgrader.grade or cell == released.cells[1])
+
+    assert float(rows["twice"]["score"]) == 20
+    assert "there twice" in rows["twice"]["remarks"]
+    assert "Copy2" in rows["twice"]["remarks"]
+
+
+def test_no_sets_no_submissions_no_release(tmp_path):
+    course = Course(tmp_path, PS1)
+    course.submissions.mkdir()
+    with pytest.raises(SystemExit, match="not released yet"):
+        course.graded()
+    course.release()
+    with pytest.raises(SystemExit, match="has no notebooks"):
+        course.graded()
+
+
+def test_releases_are_the_same_twice_and_tell_nothing(tmp_path):
+    here, there = Course(tmp_path / "a", *SETS), Course(tmp_path / "b", *SETS, course="robotics")
+    folder = here.release()
+    first = {file.name: file.read_bytes() for file in folder.rglob("*.*")}
+    here.release()
+    assert first == {file.name: file.read_bytes() for file in folder.rglob("*.*")}
+    assert sorted(first) == [f"{name}.ipynb" for name in SETS]
+    there.release()
+    for name in SETS:
+        released, source = read(name, folder), read(name)
+        for cell in released.cells:
+            assert not cell.get("outputs")
+            assert "SOLUTION" not in cell.source
+            assert "HIDDEN" not in cell.source
+        hidden = [cell for cell in source.cells if "BEGIN HIDDEN TESTS" in cell.source]
+        assert len(hidden) >= 3
+        assert nbgrader_cells(released)["setup"].source.endswith('course = "freeseg"')
+        other = read(name, there.folder / "build" / "release")
+        assert nbgrader_cells(other)["setup"].source.endswith('course = "robotics"')
+        assert read(name, folder).cells[2:] == other.cells[2:]
+
+
+def test_a_set_says_what_it_is(name):
+    source = read(name)
+    assert len(source.cells) <= 35
+    first = source.cells[0].source
+    for part in ("*Paper: ", "**You will**", "**You need**", "**It takes** about"):
+        assert part in first
+    points = sum(
+        cell.metadata.nbgrader.get("points", 0) for cell in nbgrader_cells(source).values()
+    )
+    assert f"gives {points} points" in first
+
+
+def test_every_test_says_what_is_wrong(name):
+    for cell in nbgrader_cells(read(name)).values():
+        if cell.metadata.nbgrader.grade and cell.cell_type == "code":
+            assert cell.metadata.nbgrader.locked
+            assert cell.source.startswith("from freeseg.assignments import check\n")
+            for node in ast.walk(ast.parse(cell.source)):
+                if isinstance(node, ast.Assert):
+                    assert node.msg is not None, ast.unparse(node)
+
+
+def test_every_mistake_belongs_to_a_set():
+    assert {name for name, *_ in MISTAKES.values()} <= set(SETS)
+
+
+def test_seeds():
+    assert variant_seed("robotics", "ada") == variant_seed(" Robotics", "ADA ")
+    names = [("robotics", "ada"), ("robotics", "bob"), ("control", "ada"), ("roboticsa", "da")]
+    assert len({variant_seed(*pair) for pair in names}) == len(names)
+    for wrong in ("", "  ", 7, None):
+        with pytest.raises(fs.InvalidParameter, match="give a name in quotes"):
+            variant_seed("robotics", wrong)
+        with pytest.raises(fs.InvalidParameter, match="course is"):
+            variant_seed(wrong, "ada")
+
+
+def test_check_says_what_is_wrong_and_goes_on(capsys):
+    drawn = []
+
+    def passes(rng):
+        """The title.
+
+        No more than this.
+        """
+        print("aside")
+        np.log(np.zeros(1))  # warns
+        drawn.append(rng.random())
+
+    check(passes, 1, 2, 1)
+    assert capsys.readouterr() == ("passed: The title.\n", "")
+    assert drawn[0] == drawn[2] != drawn[1]
+
+    def fails(rng):
+        """what fails"""
+        raise AssertionError("turn left")
+
+    check(fails, 1, 2)
+    assert capsys.readouterr() == ("", "not yet: what fails\nturn left\n")
+
+    def raises(rng):
+        """what raises"""
+        return 1 / 0
+
+    check(raises, 1)
+    assert capsys.readouterr().err.endswith(
+        "your code raised ZeroDivisionError: division by zero\n"
+    )
+
+    def says_nothing(rng):
+        """what says nothing"""
+        raise AssertionError
+
+    check(says_nothing, 1)
+    assert "has no message" in capsys.readouterr().err
