@@ -53,6 +53,24 @@ MISTAKES = {
         "number = len(lengths)",
         {"test-ignored"},
     ),
+    "turn on the wrong side": (
+        "ps2_turning_points",
+        "aside[0] > 0 else -1",
+        "aside[0] < 0 else -1",
+        {"test-side"},
+    ),
+    "tangent on the wrong side": (
+        "ps2_turning_points",
+        "- sense * np.arcsin",
+        "+ sense * np.arcsin",
+        {"test-tangent"},
+    ),
+    "danger segments among the turning points": (
+        "ps2_turning_points",
+        "usable = ends[safe].reshape(-1, 2)",
+        "usable = ends.reshape(-1, 2)",
+        {"test-turning-point"},
+    ),
 }
 
 
