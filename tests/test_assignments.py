@@ -71,6 +71,25 @@ MISTAKES = {
         "usable = ends.reshape(-1, 2)",
         {"test-turning-point"},
     ),
+    "wrong sign of the heading error": (
+        "ps3_sliding_mode",
+        "wrap_angle(theta_r - theta)",
+        "wrap_angle(theta - theta_r)",
+        {"test-error"},
+    ),
+    "unit of length only once": ("ps3_sliding_mode", "c = unit**2", "c = unit", {"test-unit"}),
+    "singularity not guarded": (
+        "ps3_sliding_mode",
+        "np.maximum(1 + flat * ahead.v * x_e, self.floor)",
+        "(1 + flat * ahead.v * x_e)",
+        {"test-law"},
+    ),
+    "error in mm": (
+        "ps3_sliding_mode",
+        'rms = numbers["position_rms_m"].mean()',
+        'rms = 1000 * numbers["position_rms_m"].mean()',
+        {"test-switching"},
+    ),
 }
 
 
