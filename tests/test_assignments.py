@@ -90,6 +90,24 @@ MISTAKES = {
         'rms = 1000 * numbers["position_rms_m"].mean()',
         {"test-switching"},
     ),
+    "wrong sign of the heading's damping": (
+        "ps4_beat_the_baseline",
+        "340.0 * y_e + 29.0 * np.sin(alpha_e)",
+        "340.0 * y_e - 29.0 * np.sin(alpha_e)",
+        {"test-arrives", "test-cost-curve"},
+    ),
+    "no filter": (
+        "ps4_beat_the_baseline",
+        "0.25 * self.gain * surprise",
+        "surprise",
+        {"test-cost-curve"},
+    ),
+    "m for mm": (
+        "ps4_beat_the_baseline",
+        '1000 * numbers["position_rms_m"]',
+        'numbers["position_rms_m"]',
+        {"test-cost"},
+    ),
 }
 
 
