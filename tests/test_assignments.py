@@ -135,6 +135,7 @@ class Course:
     def __init__(self, root, *names, timeout=TIMEOUT, course="freeseg"):
         self.folder = root / "assignments"
         self.submissions = root / "submissions"
+        self.folder.mkdir(parents=True)
         for name in names:
             shutil.copytree(FOLDER / name, self.folder / name)
         for file in FOLDER.glob("*.py"):
@@ -345,7 +346,34 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     assert "Copy2" in rows["twice"]["remarks"]
 
 
-def test_no_sets_no_submissions_no_release(tmp_path):
+def test_restoring_keeps_what_is_the_student_s(tmp_path):
+    restore = Course(tmp_path).grade.restore
+    released = read("ps2_turning_points")
+    assert restore(released, released)[1] == []
+    submitted = deepcopy(released)
+    cells = nbgrader_cells(submitted)
+    picture = {"figure.png": {"image/png": "AAAA"}}
+    cells["why"].update(source="![](attachment:figure.png)", attachments=picture)
+    own = nbformat.v4.new_code_cell("helper = 1", metadata={"tags": ["skip-execution"]})
+    submitted.cells.insert(submitted.cells.index(cells["planner"]) + 1, own)
+    submitted.cells.insert(0, nbformat.v4.new_raw_cell("notes"))
+    # What JupyterLab adds when it saves.
+    cells["test-side"].metadata.update(trusted=True, execution={"iopub.status.busy": "2030"})
+    restored, changes = restore(submitted, released)
+    nbformat.validate(restored)
+    assert changes == []
+    sources = [cell.source for cell in restored.cells]
+    assert sources[0] == "notes"
+    after = nbgrader_cells(restored)
+    assert after["why"].attachments == picture
+    assert sources[restored.cells.index(after["planner"]) + 1] == "helper = 1"
+    assert not any("tags" in cell.metadata for cell in restored.cells)
+
+    own.source = "def way(start, turns, goal):\n    return None"
+    assert restore(submitted, released)[1] == ["look at it: it redefines what the tests use: way"]
+
+
+def test_nothing_released_nothing_submitted(tmp_path):
     course = Course(tmp_path, PS1)
     course.submissions.mkdir()
     with pytest.raises(SystemExit, match="not released yet"):

@@ -30,7 +30,6 @@ from traitlets.config import PyFileConfigLoader
 HERE = Path(__file__).resolve().parent
 COLUMNS = ["set", "student", "score", "max_score", "to_grade_by_hand", "remarks"]
 
-
 # nbgrader runs alembic by its name: it is beside this Python, active environment or not.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 # Of SQLAlchemy, at every submission; nbgrader works with it all the same.
@@ -101,12 +100,13 @@ def grade(submissions, folder=HERE):
     for file in tqdm(files, desc="grade", unit="submission"):
         student, *_ = file.relative_to(submissions).parts
         name = next((name for name in released if file.stem.startswith(name)), "")
-        if (name, student) in remarks:
-            remarks[name, student].append(f"not graded, for it is there twice: {file}")
-            continue
-        notes = remarks[name, student] = []
+        again = (name, student) in remarks
+        notes = remarks.setdefault((name, student), [])
         if not name or file.parent == submissions:
             notes.append(f"not graded: {file} is not <student>/…/<set>.ipynb")
+            continue
+        if again:
+            notes.append(f"not graded, for it is there twice: {file}")
             continue
         try:
             submitted = nbformat.read(file, as_version=4)
@@ -163,17 +163,15 @@ def restore(submitted, released):
             continue
         if _id(cell):
             changes.append(f"a copy of cell {_id(cell)} is no test and no answer")
-        new = (
-            nbformat.v4.new_code_cell if cell.cell_type == "code" else nbformat.v4.new_markdown_cell
-        )
-        added[last].append(new(cell.source, id=f"added-{len(added)}-{len(added[last])}"))
+        new = getattr(nbformat.v4, f"new_{cell.cell_type}_cell")
+        added[last].append(new(id=f"added-{len(added)}-{len(added[last])}", **_content(cell)))
     cells = added[None]
     for name, original in originals.items():
         cell = original.copy()
         if name not in answers:
             changes.append(f"cell {name} was missing and is put back")
         elif original.metadata.nbgrader.solution:
-            cell.source = answers[name].source
+            cell.update(_content(answers[name]))
         elif not _same(answers[name], original):
             changes.append(f"cell {name} was changed and is put back")
         cells += [cell, *added.get(name, [])]
@@ -182,6 +180,11 @@ def restore(submitted, released):
     if hidden := given & set().union(*map(_names, own)):
         changes.append(f"look at it: it redefines what the tests use: {', '.join(sorted(hidden))}")
     return nbformat.v4.new_notebook(cells=cells, metadata=released.metadata), changes
+
+
+def _content(cell):
+    """What is kept of a student's cell: not its metadata, for a tag can have it skipped."""
+    return {key: cell[key] for key in ("source", "attachments") if key in cell}
 
 
 def _is_given(cell):
@@ -246,7 +249,8 @@ def report(folder=HERE, remarks=None):
                     for grade in notebook.grades
                 )
                 numbers = [submission.score, submission.max_score, by_hand]
-                convert(GenerateFeedback, course, name, student)
+                if convert(GenerateFeedback, course, name, student):
+                    notes = "; ".join(filter(None, [notes, "no feedback: nbgrader stopped"]))
             write.writerow([name, student, *numbers, notes])
     print(f"grades: {table}\nfeedback: {folder / 'build' / 'feedback'}")
 
