@@ -312,13 +312,17 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     course.submit("a broken file", PS1, None)
     course.submit("a dead kernel", PS1, replace_once(solved, body, "import os; os._exit(1)"))
     course.submit("a loop", PS1, replace_once(solved, body, "while True: pass"))
+    quiet = replace_once(
+        released, "student = ", "import io, sys; sys.stderr = io.StringIO()\nstudent = "
+    )
+    course.submit("quiet", PS1, quiet)
     course.submit("tampered", PS1, tamper(solved))
     course.submit("tampered and unsolved", PS1, tamper(released))
     course.submit("twice", f"{PS1}-Copy1", solved)
     course.submit("twice", f"{PS1}-Copy2", solved)
     course.submit("unknown", "essay", solved)
     rows = course.graded()
-    assert "8/8" in capfd.readouterr().err  # the progress, over all files
+    assert "9/9" in capfd.readouterr().err  # the progress, over all files
 
     for student, why in (
         ("a broken file", "does not open"),
@@ -340,6 +344,11 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
             assert "it redefines what the tests use: check" in rows[student]["remarks"]
             named = f"cell {cell.metadata.nbgrader.grade_id} " in rows[student]["remarks"]
             assert named == (cell.metadata.nbgrader.grade or cell == released.cells[1])
+
+    tests = [
+        name for name, cell in nbgrader_cells(released).items() if cell.metadata.nbgrader.grade
+    ]
+    assert all(f"test {test} printed nothing" in rows["quiet"]["remarks"] for test in tests)
 
     assert float(rows["twice"]["score"]) == 20
     assert "there twice" in rows["twice"]["remarks"]

@@ -125,6 +125,15 @@ def grade(submissions, folder=HERE):
             causes = re.findall(r"^ {4}(\w[\w.]*: .*)$", log, re.M) or [log.strip()]
             notes.append(f"not graded: nbgrader stopped ({causes[-1]})")
             _forget(course, name, student)
+            continue
+        graded = nbformat.read(
+            folder / "build" / "autograded" / student / name / f"{name}.ipynb", as_version=4
+        )
+        notes += [
+            f"look at it: test {_id(cell)} printed nothing, for which nbgrader gives all points"
+            for cell in graded.cells
+            if _id(cell) and cell.metadata.nbgrader.grade and cell.get("outputs") == []
+        ]
     report(folder, remarks)
 
 
