@@ -84,6 +84,12 @@ MISTAKES = {
         "(1 + flat * ahead.v * x_e)",
         {"test-law"},
     ),
+    "rate of the reference's speed forgotten": (
+        "ps3_sliding_mode",
+        "+ flat * y_e * ahead.v_dot",
+        "",
+        {"test-law"},
+    ),
     "error in mm": (
         "ps3_sliding_mode",
         'rms = numbers["position_rms_m"].mean()',
@@ -101,6 +107,12 @@ MISTAKES = {
         "0.25 * self.gain * surprise",
         "surprise",
         {"test-cost-curve"},
+    ),
+    "no number": (
+        "ps4_beat_the_baseline",
+        "+ 3.0 * x_e",
+        "+ np.nan * x_e",
+        {"test-contract", "test-arrives", "test-cost-curve"},
     ),
     "m for mm": (
         "ps4_beat_the_baseline",
