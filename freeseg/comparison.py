@@ -200,6 +200,7 @@ def random_courses(number, seed, speed=SPEED):
     return tuple(islice(tries(), number))
 
 
+@cache
 def paper_courses(speed=SPEED):
     """The paper's cases 15(a) and 16(b), a tuple of Course."""
     cases = [load_cases()[name] for name in ("15a", "16b")]

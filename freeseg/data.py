@@ -1,4 +1,4 @@
-"""The one reader of the CSV files in ``data/``."""
+"""The one reader, and the one writer, of the CSV files in ``data/``."""
 
 import csv
 import math
@@ -65,3 +65,19 @@ def read_csv(path, columns):
         | {name: convert(name, kind, number, line[name]) for name, kind in columns.items()}
         for number, line in lines
     ]
+
+
+def write_csv(path, rows):
+    """Write rows to a CSV file, over what was there.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    rows : sequence of dict
+        One dict a row, all with the same columns.
+    """
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)

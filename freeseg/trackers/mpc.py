@@ -212,16 +212,7 @@ class Mpc:
             lam_a=lam_a,
         )
 
-        def preview(t, steps):
-            """Rows u, z of the reference from t on, shape (steps, 7)."""
-            begins = t + dt * np.arange(-1, steps)
-            # A command holds for dt: the velocities are those at the middle of it.
-            middle = reference.at(begins + dt / 2)
-            wheels = robot.to_wheels(middle.v, middle.omega)
-            pose = reference.at(begins[1:] + dt).pose
-            return np.concatenate([np.diff(wheels) / dt, pose, wheels[:, 1:]]).T
-
-        table = preview(0, len(reference.steps(dt)) + n)
+        table = preview(reference, robot, dt, 0, len(reference.steps(dt)) + n)
         wheels, predicted = np.zeros(2), False
 
         def law(t, pose):
@@ -229,7 +220,7 @@ class Mpc:
             pose = _one_pose(pose)
             step = round(t / dt)
             on_table = step * dt == t and 0 <= step <= len(table) - n
-            wanted = table[step : step + n] if on_table else preview(t, n)
+            wanted = table[step : step + n] if on_table else preview(reference, robot, dt, t, n)
             gradient[:, :7] = -2 * weights[:, :7] * wanted
             # Headings are counted on from the prediction's, or the reference's.
             expected = best[0, 4] if predicted else wanted[0, 4]
@@ -267,6 +258,36 @@ class Mpc:
             return robot.to_body(wheels)
 
         return law
+
+
+def preview(reference, robot, dt, t, steps):
+    """What the reference asks for in time steps to come.
+
+    Parameters
+    ----------
+    reference : Reference
+        What to follow.
+    robot : KheperaIV
+        Its wheel base counts.
+    dt : float
+        Time step (s).
+    t : float
+        When the first of them begins (s).
+    steps : int
+        How many.
+
+    Returns
+    -------
+    ndarray, shape (steps, 7)
+        Rows of u, z: the wheels' accelerations (m/s^2), and the state that
+        each step leads to, see `motion`.
+    """
+    begins = t + dt * np.arange(-1, steps)
+    # A command holds for dt: the velocities are those at the middle of it.
+    middle = reference.at(begins + dt / 2)
+    wheels = robot.to_wheels(middle.v, middle.omega)
+    pose = reference.at(begins[1:] + dt).pose
+    return np.concatenate([np.diff(wheels) / dt, pose, wheels[:, 1:]]).T
 
 
 def motion(robot, dt):

@@ -11,17 +11,7 @@ import time
 import numpy as np
 
 import freeseg as fs
-
-DISTURBANCE = fs.Disturbance(
-    position_noise=0.001,
-    heading_noise=np.radians(0.5),
-    slip=0.05,
-    slip_fluctuation=0.02,
-    slip_time=0.5,
-    wheel_base_error=0.03,
-    lag=0.03,
-    delay=0.05,
-)
+from freeseg.comparison import DISTURBANCE
 
 
 def times_of(action):

@@ -17,13 +17,11 @@ processor's time says more, above all of the slowest steps. Ratios are of median
 """
 
 import argparse
-import csv
 import os
 import platform
 import time
 import warnings
 from importlib import metadata
-from pathlib import Path
 
 # A step is too small to share; threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -33,8 +31,9 @@ import casadi as ca
 import numpy as np
 
 import freeseg as fs
+from freeseg.data import write_csv
 from freeseg.path import Line
-from freeseg.trackers.mpc import motion
+from freeseg.trackers.mpc import motion, preview
 
 try:
     with warnings.catch_warnings():
@@ -50,15 +49,6 @@ STATES, INPUTS = ("x", "y", "theta", "right", "left"), ("u_right", "u_left")
 #: Cost in mm^2: ipopt's tolerances are meant for numbers of about one.
 SCALE = 1e6
 QUIET = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False}
-
-
-def preview(reference, robot, t, steps):
-    """Rows u, z of the reference from t on, shape (steps, 7), as `Mpc` reads them."""
-    begins = t + DT * np.arange(-1, steps)
-    middle = reference.at(begins + DT / 2)
-    wheels = robot.to_wheels(middle.v, middle.omega)
-    pose = reference.at(begins[1:] + DT).pose
-    return np.concatenate([np.diff(wheels) / DT, pose, wheels[:, 1:]]).T
 
 
 class ByOpti:
@@ -89,7 +79,7 @@ class ByOpti:
         def law(t, pose):
             nonlocal wheels, solution
             opti.set_value(state, np.concatenate([pose, wheels]))
-            opti.set_value(wanted, preview(reference, robot, t, n).T)
+            opti.set_value(wanted, preview(reference, robot, dt, t, n).T)
             if solution is None:
                 opti.set_initial(z, np.tile(np.append(pose, wheels), (n + 1, 1)).T)
             else:
@@ -142,7 +132,7 @@ class ByDoMpc:
 
         def read(t):
             # Here, u of a row goes with the z that it starts from: that of the row before.
-            rows = preview(reference, robot, round(np.squeeze(t) / dt) * dt - dt, n + 2)
+            rows = preview(reference, robot, dt, round(np.squeeze(t) / dt) * dt - dt, n + 2)
             rows = np.concatenate([rows[1:, :2], rows[:-1, 2:]], axis=1)
             for k in range(n + 1):
                 template["_tvp", k, "wanted"] = rows[k]
@@ -277,17 +267,6 @@ def show(rows):
             print(package, "not installed")
 
 
-def save(rows, file):
-    """Write the table as CSV."""
-    with Path(file).open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, rows[0])
-        writer.writeheader()
-        for row in rows:
-            writer.writerow(
-                {key: f"{v:.4f}" if isinstance(v, float) else v for key, v in row.items()}
-            )
-
-
 def main(arguments=None):
     """Run the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -301,7 +280,13 @@ def main(arguments=None):
     rows = [*on_the_papers_path(robot, repeats, seconds), past_discs(robot, 4 * repeats)]
     show(rows)
     if options.csv:
-        save(rows, options.csv)
+        write_csv(
+            options.csv,
+            [
+                {key: f"{v:.4f}" if isinstance(v, float) else v for key, v in row.items()}
+                for row in rows
+            ],
+        )
 
 
 if __name__ == "__main__":

@@ -24,7 +24,6 @@ that keeps R_D has a ratio below one; a valid one that has, uses some of the mar
 """
 
 import argparse
-import csv
 import functools
 import gc
 import itertools
@@ -36,12 +35,12 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import metadata
-from pathlib import Path
 
 import numpy as np
 import shapely
 
 import freeseg as fs
+from freeseg.data import write_csv
 from freeseg.geometry import cross, unit
 from freeseg.segments import MARGIN
 
@@ -465,15 +464,6 @@ def show(tallies):
         print(f"{package} {installed(package) or 'not installed'}")
 
 
-def save(tallies, file):
-    """Write the table as CSV."""
-    with Path(file).open("w", newline="", encoding="utf-8") as stream:
-        rows = [{"discs": n, "planner": name} | tally.row() for (n, name), tally in tallies.items()]
-        writer = csv.DictWriter(stream, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def main(arguments=None):
     """Run the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -486,7 +476,8 @@ def main(arguments=None):
     tallies = run(sizes, worlds)
     show(tallies)
     if options.csv:
-        save(tallies, options.csv)
+        rows = [{"discs": n, "planner": name} | tally.row() for (n, name), tally in tallies.items()]
+        write_csv(options.csv, rows)
 
 
 if __name__ == "__main__":

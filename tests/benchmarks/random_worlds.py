@@ -6,13 +6,12 @@ on scale shows. Takes some ten minutes on two cores; with a number of worlds it
 prints only.
 """
 
-import csv
 import sys
-from pathlib import Path
 
+from freeseg.data import DATA, write_csv
 from freeseg.studies import compare_rules
 
-FILE = Path(__file__).resolve().parents[2] / "data" / "random_worlds.csv"
+FILE = DATA / "random_worlds.csv"
 WORLDS = 20_000
 
 #: So many of them are stored apart: the notebook plans these again.
@@ -30,10 +29,7 @@ def main(worlds, file=None):
             )
         )
     if file:
-        with file.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, rows[0])
-            writer.writeheader()
-            writer.writerows(rows)
+        write_csv(file, rows)
 
 
 if __name__ == "__main__":

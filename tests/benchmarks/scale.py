@@ -8,17 +8,16 @@ Stores a row a query in ``data/scale.csv``, which the notebook on scale shows; w
 ``--quick`` it only prints, for small worlds.
 """
 
-import csv
 import statistics
 import sys
 import time
 import tracemalloc
 from functools import partial
-from pathlib import Path
 
 import freeseg as fs
+from freeseg.data import DATA, write_csv
 
-FILE = Path(__file__).resolve().parents[2] / "data" / "scale.csv"
+FILE = DATA / "scale.csv"
 SIZES = {7: 40, 20: 40, 50: 40, 100: 40, 200: 30, 500: 20, 1000: 20, 2000: 15, 5000: 11, 10000: 11}
 
 
@@ -100,13 +99,10 @@ def main(sizes, file=None):
     print(f"n = {n:6d}, corner to corner: exact {duration:.1f} ms, {met:.0f} obstacles met")
     print(f"n = {largest:6d}: peak memory {peak_memory(largest):.0f} MB")
     if file:
-        with file.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, rows[0])
-            writer.writeheader()
-            for row in rows:
-                writer.writerow(
-                    {k: round(v, 4) if k.endswith("_ms") else v for k, v in row.items()}
-                )
+        write_csv(
+            file,
+            [{k: round(v, 4) if k.endswith("_ms") else v for k, v in row.items()} for row in rows],
+        )
 
 
 if __name__ == "__main__":

@@ -8,15 +8,14 @@ too. Stores medians in ``data/tracker_steps.csv``, which notebook 12 shows; with
 ``--quick`` it only prints.
 """
 
-import csv
 import statistics
 import sys
 import time
-from pathlib import Path
 
 from freeseg import KheperaIV, comparison
+from freeseg.data import DATA, write_csv
 
-FILE = Path(__file__).resolve().parents[2] / "data" / "tracker_steps.csv"
+FILE = DATA / "tracker_steps.csv"
 
 
 def replay(trackers, course, seed):
@@ -61,10 +60,7 @@ def main(repeats=5, file=FILE):
             "{tracker:22s} {steps} steps, median {median_us} us, p99 {p99_us} us".format(**rows[-1])
         )
     if file:
-        with file.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, rows[0])
-            writer.writeheader()
-            writer.writerows(rows)
+        write_csv(file, rows)
 
 
 if __name__ == "__main__":

@@ -9,15 +9,15 @@ tracker and prints only.
 
 import csv
 import sys
-from pathlib import Path
 
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
 import freeseg
 from freeseg import comparison
+from freeseg.data import DATA, write_csv
 
-FILE = Path(__file__).resolve().parents[2] / "data" / "gains.csv"
+FILE = DATA / "gains.csv"
 SEEDS = (0, 1)
 
 
@@ -52,10 +52,7 @@ def main(names=(), budget=comparison.BUDGET, file=FILE):
             with file.open(newline="") as stream:
                 rows += [row for row in csv.DictReader(stream) if row["tracker"] not in names]
         rows.sort(key=lambda row: list(comparison.RANGES).index(row["tracker"]))
-        with file.open("w", newline="") as stream:
-            writer = csv.DictWriter(stream, rows[0])
-            writer.writeheader()
-            writer.writerows(rows)
+        write_csv(file, rows)
 
 
 if __name__ == "__main__":
