@@ -1,10 +1,11 @@
-"""What the problem sets in ``notebooks/assignments/`` share: seeds and checks."""
+"""What the problem sets in ``notebooks/assignments/`` share: seeds, checks, whose work it is."""
 
 import io
 import sys
 import warnings
 import zlib
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from unittest.mock import patch
 
 import numpy as np
 
@@ -71,3 +72,39 @@ def check(test, *seeds):
         print(f"not yet: {title}\n{found}", file=sys.stderr)
         return
     print(f"passed: {title}")
+
+
+@contextmanager
+def without(*parts):
+    """Let parts of freeseg refuse to work while a student's own code must.
+
+    Parameters
+    ----------
+    *parts : callable
+        Functions, which refuse to be called under whatever name a module
+        has them; and trackers' classes, which refuse to start, subclasses
+        that do not start by themselves among them.
+
+    Examples
+    --------
+    >>> import freeseg as fs
+    >>> with without(fs.tracking_error):
+    ...     fs.tracking_error((0, 0, 0), (0, 0, 0))
+    Traceback (most recent call last):
+    AssertionError: do it yourself, without fs.tracking_error
+    """
+    names = "__main__", "freeseg"
+    modules = [module for name, module in sys.modules.items() if name.split(".")[0] in names]
+    with ExitStack() as stack:
+        for part in parts:
+
+            def refuse(*_, name=part.__name__, **__):
+                raise AssertionError(f"do it yourself, without fs.{name}")
+
+            if isinstance(part, type):
+                stack.enter_context(patch.object(part, "start", refuse))
+                continue
+            for module in modules:
+                for name in [name for name, value in vars(module).items() if value is part]:
+                    stack.enter_context(patch.object(module, name, refuse))
+        yield

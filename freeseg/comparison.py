@@ -108,11 +108,7 @@ SINGLE = ("Mpc",)
 
 
 class Course(NamedTuple):
-    """A reference among obstacles.
-
-    ``variation`` is the total variation of the faster-changing wheel (m/s)
-    that it needs by itself.
-    """
+    """A reference among obstacles; ``variation`` is its `needed_variation`."""
 
     name: str
     world: World
@@ -160,11 +156,15 @@ def make_course(name, world, start, goal, speed=SPEED, neighbours="delaunay"):
     """
     made = plan(world, start, goal, margin=MARGIN, neighbours=neighbours)
     reference = make_reference(made.path, speed=speed, smoothing=SMOOTHING, world=world)
+    worth = len(made.turning_points) >= TURNS and made.path.length >= LENGTH
+    return Course(name, world, reference, needed_variation(reference)), worth
+
+
+def needed_variation(reference):
+    """Total variation of the faster-changing wheel (m/s) that a reference needs by itself."""
     wanted = reference.at(reference.steps(DT) + DT / 2)
     wheels = KheperaIV().to_wheels(wanted.v, wanted.omega)
-    variation = np.abs(np.diff(wheels, prepend=0.0)).sum(-1).max()
-    worth = len(made.turning_points) >= TURNS and made.path.length >= LENGTH
-    return Course(name, world, reference, float(variation)), worth
+    return float(np.abs(np.diff(wheels, prepend=0.0)).sum(-1).max())
 
 
 @cache

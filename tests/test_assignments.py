@@ -4,6 +4,7 @@ import ast
 import csv
 import importlib.util
 import json
+import re
 import shutil
 from copy import deepcopy
 
@@ -13,7 +14,7 @@ import pytest
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
-from freeseg.assignments import check, variant_seed
+from freeseg.assignments import check, variant_seed, without
 
 FOLDER = NOTEBOOKS / "assignments"
 PS1 = "ps1_kinematics_and_segments"
@@ -71,11 +72,38 @@ MISTAKES = {
         "usable = ends.reshape(-1, 2)",
         {"test-turning-point"},
     ),
+    "a planner of the package": (
+        "ps2_turning_points",
+        "ends, safe, owners = segments_of(world)",
+        "found = fs.plan(world, start, goal, robot, margin).turning_points\n"
+        "    return [(turn.center, turn.sense * turn.radius) for turn in found]",
+        {"test-planner", "test-break"},
+    ),
+    "a planner that raises": (
+        "ps2_turning_points",
+        "while len(turns) < 2 * len(world):",
+        "while True:\n        if len(turns) > 4:\n            raise ValueError('no way')",
+        {"test-break"},
+    ),
     "wrong sign of the heading error": (
         "ps3_sliding_mode",
         "wrap_angle(theta_r - theta)",
         "wrap_angle(theta - theta_r)",
         {"test-error"},
+    ),
+    "the package's error": (
+        "ps3_sliding_mode",
+        "cos, sin = np.cos(theta), np.sin(theta)",
+        "return fs.tracking_error(reference_pose, pose)",
+        {"test-error"},
+    ),
+    "the package's law": (
+        "ps3_sliding_mode",
+        "x_e, y_e, alpha_e = fs.tracking_error(here.pose, pose)",
+        "gains = self.k1, self.k2, self.phi1, self.phi2, self.length_scale\n"
+        "            law = fs.SlidingMode(*gains, floor=self.floor).start(reference, robot, dt)\n"
+        "            return law(t, pose)",
+        {"test-law"},
     ),
     "unit of length only once": ("ps3_sliding_mode", "c = unit**2", "c = unit", {"test-unit"}),
     "singularity not guarded": (
@@ -98,15 +126,15 @@ MISTAKES = {
     ),
     "wrong sign of the heading's damping": (
         "ps4_beat_the_baseline",
-        "340.0 * y_e + 29.0 * np.sin(alpha_e)",
-        "340.0 * y_e - 29.0 * np.sin(alpha_e)",
+        "+ 35.0 * np.sin(alpha_e)",
+        "- 35.0 * np.sin(alpha_e)",
         {"test-arrives", "test-cost-curve"},
     ),
-    "no filter": (
+    "degrees for radians in a gain": (
         "ps4_beat_the_baseline",
-        "0.25 * self.gain * surprise",
-        "surprise",
-        {"test-cost-curve"},
+        "35.0 * np.sin(alpha_e)",
+        "35.0 * np.sin(np.degrees(alpha_e))",
+        {"test-arrives", "test-cost-curve"},
     ),
     "no number": (
         "ps4_beat_the_baseline",
@@ -114,10 +142,35 @@ MISTAKES = {
         "+ np.nan * x_e",
         {"test-contract", "test-arrives", "test-cost-curve"},
     ),
+    "memory that outlives a run": (
+        "ps4_beat_the_baseline",
+        "share, learning = 0.4 * self.gain, 50.0",
+        "globals()['runs'] = runs = globals().get('runs', 0) + 1\n"
+        "        share, learning = 0.4 * self.gain, 50.0 + runs % 2",
+        {"test-contract"},
+    ),
+    "path through an obstacle's margin": (
+        "ps4_beat_the_baseline",
+        "margin = 0.01",
+        "return fs.Path([fs.path.Line(start, goal)])",
+        {"test-contract", "test-arrives", "test-cost-curve"},
+    ),
+    "a baseline with another name": (
+        "ps4_beat_the_baseline",
+        "share, learning = 0.4 * self.gain, 50.0",
+        "return fs.Pid().start(reference, robot, dt)\n        share, learning = 0.4, 50.0",
+        {"test-contract", "test-cost-curve"},
+    ),
     "m for mm": (
         "ps4_beat_the_baseline",
         '1000 * numbers["position_rms_m"]',
         'numbers["position_rms_m"]',
+        {"test-cost"},
+    ),
+    "touching is free": (
+        "ps4_beat_the_baseline",
+        'numbers["clearance_m"] < robot.radius',
+        'numbers["clearance_m"] < 0',
         {"test-cost"},
     ),
 }
@@ -243,7 +296,7 @@ def test_grading_by_nbgrader(name, tmp_path):
     solved = solve(released, source)
     course.submit("untouched", name, released)
     course.submit("reference", name, solved)
-    course.submit("half", name, solve(released, source, solutions[: 1 + len(solutions) // 2]))
+    course.submit("half", name, solve(released, source, solutions[: (1 + len(solutions)) // 2]))
     mistakes = {key: mistake for key, mistake in MISTAKES.items() if mistake[0] == name}
     for key, (_, old, new, _) in mistakes.items():
         course.submit(key, name, replace_once(solved, old, new))
@@ -292,6 +345,46 @@ def test_grading_by_nbgrader(name, tmp_path):
                 assert "AssertionError" not in message
     for student in rows:
         assert (course.folder / "build" / "feedback" / student / name / f"{name}.html").exists()
+
+
+#: What is as good as the reference solution: set, and what stands there instead of what. The list
+#: hides the planner: it stands for one that is a student's own.
+AS_GOOD = {
+    "a complete planner, and a world on which the search through a triangulation fails": (
+        "ps2_turning_points",
+        {
+            "ends, safe, owners = segments_of(world)": "found = own[0](world, start, goal)\n"
+            "    return [(turn.center, turn.sense * turn.radius) for turn in found.turning_points]",
+            "def plan_turns(": "own = [fs.shortest_path]\n\n\ndef plan_turns(",
+            "# A pocket round the start, open behind it; all of its gaps are danger.": "world = "
+            "fs.random_world(20, 14, area=0.05)\n    return (world, *fs.random_query(world, 14))",
+        },
+    ),
+    "a planner of one's own with a baseline": (
+        "ps4_beat_the_baseline",
+        {
+            "return Mine()": 'return baselines["Mpc"]',
+            "margin = 0.01": "return own[0](world, start, goal, robot, 0.01).path",
+            "def my_path(": "own = [fs.shortest_path]\n\n\ndef my_path(",
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", AS_GOOD)
+def test_other_solutions_get_the_points_too(kind, tmp_path):
+    name, changes = AS_GOOD[kind]
+    course = Course(tmp_path, name)
+    solved = solve(read(name, course.release()), read(name))
+    for old, new in changes.items():
+        solved = replace_once(solved, old, new)
+    course.submit("other", name, solved)
+    assert course.graded()["other"]["remarks"] == ""
+    points = course.points("other", name)
+    by_hand = {"why", "discussion"} & set(points)
+    # On paths about as good as the given ones, the best baseline has 5.8 of the curve's 7 points.
+    assert course.lost("other", name) - {"test-cost-curve"} == by_hand
+    assert points.get("test-cost-curve", (7, 7))[0] > 5.5
 
 
 def tamper(notebook):
@@ -450,6 +543,33 @@ def test_every_test_says_what_is_wrong(name):
 
 def test_every_mistake_belongs_to_a_set():
     assert {name for name, *_ in MISTAKES.values()} <= set(SETS)
+
+
+def test_the_model_answer_names_what_is_measured():
+    *_, answer, measuring, _ = read("ps3_sliding_mode").cells
+    (output,) = measuring.outputs
+    for seconds in re.findall(r"below 10 mm after (.*?) s", output.text):
+        assert f"after {seconds} s" in answer.source
+
+
+def test_without():
+    class Own(fs.SlidingMode):
+        """Law of the package with another name."""
+
+    tracker = Own()
+    reference = fs.make_reference(fs.Path([fs.path.Line((0, 0), (1, 0))]))
+    with without(fs.SlidingMode, fs.plan):
+        for call in (
+            lambda: tracker.start(reference, None, 0.05),
+            lambda: fs.plan(None, None, None),
+            lambda: fs.planners.plan(None, None, None),
+        ):
+            with pytest.raises(AssertionError, match="do it yourself, without fs"):
+                call()
+        fs.Pid().start(reference, fs.KheperaIV(), 0.05)
+    tracker.start(reference, None, 0.05)
+    assert fs.planners.plan is fs.plan
+    assert "refuse" not in repr(fs.plan)
 
 
 def test_seeds():
