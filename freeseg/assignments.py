@@ -1,6 +1,7 @@
 """What the problem sets in ``notebooks/assignments/`` share: seeds, checks, whose work it is."""
 
 import io
+import signal
 import sys
 import warnings
 import zlib
@@ -41,7 +42,33 @@ def variant_seed(course, student):
     return zlib.crc32("\n".join(name.strip().lower() for name in (course, student)).encode())
 
 
-def check(test, *seeds):
+class TooLong(BaseException):
+    """A test has run out of its time; not an `Exception`, which code under test may catch."""
+
+
+@contextmanager
+def time_limit(seconds):
+    """Raise `TooLong` in what takes longer, and again every second if that is caught.
+
+    Windows has no such timer: there, nothing is raised.
+    """
+    if not hasattr(signal, "setitimer"):
+        yield
+        return
+
+    def stop(*_):
+        raise TooLong
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def check(test, *seeds, limit=20.0):
     """Run a test of a problem set; say what fails, and let the notebook go on.
 
     What fails is printed to the error stream, for which nbgrader gives no
@@ -55,6 +82,8 @@ def check(test, *seeds):
         first line of its docstring says what it tests.
     *seeds : int
         It is run with a random generator of each, until it fails.
+    limit : float, optional
+        Longest time for each seed (s).
     """
     title = test.__doc__.strip().splitlines()[0]
     for seed in seeds:
@@ -62,7 +91,10 @@ def check(test, *seeds):
         try:
             with warnings.catch_warnings(), redirect_stdout(aside), redirect_stderr(aside):
                 warnings.simplefilter("ignore")
-                test(np.random.default_rng(seed))
+                with time_limit(limit):
+                    test(np.random.default_rng(seed))
+        except TooLong:
+            found = f"your code takes over {limit:g} s: is there a loop that does not end?"
         except AssertionError as error:
             found = str(error) or "an assert of your own failed, and has no message"
         except Exception as error:

@@ -6,6 +6,8 @@ import importlib.util
 import json
 import re
 import shutil
+import signal
+from contextlib import suppress
 from copy import deepcopy
 
 import nbformat
@@ -421,13 +423,16 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
         released, "student = ", "import io, sys; sys.stderr = io.StringIO()\nstudent = "
     )
     course.submit("quiet", PS1, quiet)
+    breaking = deepcopy(solved)
+    breaking.cells.insert(0, nbformat.v4.new_code_cell("import sys; sys.modules['freeseg'] = None"))
+    course.submit("nothing imports", PS1, breaking)
     course.submit("tampered", PS1, tamper(solved))
     course.submit("tampered and unsolved", PS1, tamper(released))
     course.submit("twice", f"{PS1}-Copy1", solved)
     course.submit("twice", f"{PS1}-Copy2", solved)
     course.submit("unknown", "essay", solved)
     rows = course.graded()
-    assert "9/9" in capfd.readouterr().err  # the progress, over all files
+    assert "10/10" in capfd.readouterr().err  # the progress, over all files
 
     for student, why in (
         ("a broken file", "does not open"),
@@ -450,6 +455,7 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
             named = f"cell {cell.metadata.nbgrader.grade_id} " in rows[student]["remarks"]
             assert named == (cell.metadata.nbgrader.grade or cell == released.cells[1])
 
+    assert "cell setup, which was given, raised Module" in rows["nothing imports"]["remarks"]
     tests = [
         name for name, cell in nbgrader_cells(released).items() if cell.metadata.nbgrader.grade
     ]
@@ -614,6 +620,19 @@ def test_check_says_what_is_wrong_and_goes_on(capsys):
     assert capsys.readouterr().err.endswith(
         "your code raised ZeroDivisionError: division by zero\n"
     )
+
+    def ends_never(rng):
+        """what ends never"""
+        while True:
+            with suppress(Exception):
+                sum(range(1000))
+
+    check(ends_never, 1, limit=0.1)
+    assert capsys.readouterr().err.startswith(
+        "not yet: what ends never\nyour code takes over 0.1 s: is there a loop"
+    )
+    check(passes, 1)  # and nothing rings later
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
     def says_nothing(rng):
         """what says nothing"""

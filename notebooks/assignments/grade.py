@@ -129,12 +129,22 @@ def grade(submissions, folder=HERE):
         graded = nbformat.read(
             folder / "build" / "autograded" / student / name / f"{name}.ipynb", as_version=4
         )
-        notes += [
-            f"look at it: test {_id(cell)} printed nothing, for which nbgrader gives all points"
-            for cell in graded.cells
-            if _id(cell) and cell.metadata.nbgrader.grade and cell.get("outputs") == []
-        ]
+        notes += _oddities(graded)
     report(folder, remarks)
+
+
+def _oddities(graded):
+    """What in a graded notebook makes its score doubtful."""
+    found = []
+    for cell in filter(_id, graded.cells):
+        errors = [o.ename for o in cell.get("outputs", ()) if o.output_type == "error"]
+        if cell.metadata.nbgrader.grade and cell.get("outputs") == []:
+            found.append(
+                f"look at it: test {_id(cell)} printed nothing, for which nbgrader gives all points"
+            )
+        elif _is_given(cell) and errors:
+            found.append(f"look at it: cell {_id(cell)}, which was given, raised {errors[0]}")
+    return found
 
 
 def _forget(course, name, student):
@@ -233,7 +243,8 @@ def report(folder=HERE, remarks=None):
     folder : Path, optional
         Where the course is.
     remarks : dict, optional
-        Lists of remarks by set and student; other remarks stay as they were.
+        Lists of remarks by set and student: feedback is written for these,
+        and other remarks stay as they were. By default, for all.
     """
     course = open_course(folder)
     table = folder / "build" / "grades.csv"
@@ -258,7 +269,8 @@ def report(folder=HERE, remarks=None):
                     for grade in notebook.grades
                 )
                 numbers = [submission.score, submission.max_score, by_hand]
-                if convert(GenerateFeedback, course, name, student):
+                new = remarks is None or (name, student) in remarks
+                if new and convert(GenerateFeedback, course, name, student):
                     notes = "; ".join(filter(None, [notes, "no feedback: nbgrader stopped"]))
             write.writerow([name, student, *numbers, notes])
     print(f"grades: {table}\nfeedback: {folder / 'build' / 'feedback'}")
