@@ -570,11 +570,19 @@ def test_every_mistake_belongs_to_a_set():
     assert {name for name, *_ in MISTAKES.values()} <= set(SETS)
 
 
-def test_the_model_answer_names_what_is_measured():
+def test_model_answers_say_what_is_measured():
     *_, answer, measuring, _ = read("ps3_sliding_mode").cells
     (output,) = measuring.outputs
     for seconds in re.findall(r"below 10 mm after (.*?) s", output.text):
         assert f"after {seconds} s" in answer.source
+    *_, measuring, _ = read("ps4_beat_the_baseline").cells
+    (output,) = measuring.outputs
+    # Error and cost, disturbed and not, of the three baselines and of the reference solution.
+    found = re.findall(r"(\d\.\d\d) and (\d\.\d\d)", output.data["text/markdown"])
+    *others, mine = np.array(found[:8], float).reshape(4, 2, 2)
+    assert all((mine[0] < other[0]).all() for other in others)  # error and cost
+    assert all(np.diff(mine[0]) < np.diff(other[0]) for other in others)  # work of the wheels
+    assert all((mine[1] > other[1]).all() for other in others[1:])  # undisturbed, not for PID
 
 
 def test_without():
