@@ -68,6 +68,12 @@ MISTAKES = {
         "+ sense * np.arcsin",
         {"test-tangent"},
     ),
+    "an endless tangent": (
+        "ps2_turning_points",
+        "distance = np.hypot(*way)",
+        "while True:\n        distance = np.hypot(*way)",
+        {"test-tangent"},
+    ),
     "danger segments among the turning points": (
         "ps2_turning_points",
         "usable = ends[safe].reshape(-1, 2)",
@@ -108,6 +114,12 @@ MISTAKES = {
         {"test-law"},
     ),
     "unit of length only once": ("ps3_sliding_mode", "c = unit**2", "c = unit", {"test-unit"}),
+    "an endless unit": (
+        "ps3_sliding_mode",
+        "c = unit**2",
+        "while True:\n        c = unit**2",
+        {"test-unit"},
+    ),
     "singularity not guarded": (
         "ps3_sliding_mode",
         "np.maximum(1 + flat * ahead.v * x_e, self.floor)",
@@ -167,6 +179,12 @@ MISTAKES = {
         "ps4_beat_the_baseline",
         '1000 * numbers["position_rms_m"]',
         'numbers["position_rms_m"]',
+        {"test-cost"},
+    ),
+    "an endless cost": (
+        "ps4_beat_the_baseline",
+        "cost += max(-0.3, run.t[-1] - case.duration)",
+        "while True:\n        cost += max(-0.3, run.t[-1] - case.duration)",
         {"test-cost"},
     ),
     "touching is free": (
