@@ -295,7 +295,9 @@ def replace_once(notebook, old, new):
     """A copy of a notebook in which a solution says something else."""
     changed = deepcopy(notebook)
     found = [cell for cell in nbgrader_cells(changed).values() if old in cell.source]
-    (cell,) = (cell for cell in found if cell.metadata.nbgrader.solution)
+    found = [cell for cell in found if cell.metadata.nbgrader.solution]
+    assert len(found) == 1, f"{len(found)} solutions say {old!r}; say here what yours does"
+    (cell,) = found
     cell.source = cell.source.replace(old, new)
     return changed
 
@@ -323,7 +325,9 @@ def test_grading_by_nbgrader(name, tmp_path):
     rows = course.graded()
 
     assert set(rows) == {"untouched", "reference", "half", *mistakes}
-    assert {row["remarks"] for row in rows.values()} == {""}
+    nameless = rows["untouched"].pop("remarks")
+    assert nameless.startswith("no id is written in it")
+    assert {row.get("remarks", "") for row in rows.values()} == {""}
     assert float(rows["untouched"]["score"]) == 0
     assert float(rows["untouched"]["max_score"]) == sum(graded.values())
     unsolved = read(name, course.folder / "build" / "autograded" / "untouched")
@@ -468,13 +472,15 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     course.submit("twice", f"{PS1}-Copy1", solved)
     course.submit("twice", f"{PS1}-Copy2", solved)
     course.submit("unknown", "essay", solved)
+    (course.submissions / "empty").mkdir()
     rows = course.graded()
     assert "10/10" in capfd.readouterr().err  # the progress, over all files
 
     for student, why in (
         ("a broken file", "does not open"),
         ("a dead kernel", "Kernel died"),
-        ("unknown", "is not <student>/"),
+        ("unknown", "unknown/essay.ipynb is not <student>/"),
+        ("empty", "there is no notebook in this folder"),
     ):
         assert rows[student]["remarks"].startswith("not graded: ")
         assert why in rows[student]["remarks"]
@@ -499,8 +505,41 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     assert all(f"test {test} printed nothing" in rows["quiet"]["remarks"] for test in tests)
 
     assert float(rows["twice"]["score"]) == 20
-    assert "there twice" in rows["twice"]["remarks"]
-    assert "Copy2" in rows["twice"]["remarks"]
+    first, second = (f"twice/{PS1}-Copy{k}.ipynb" for k in (1, 2))
+    assert rows["twice"]["remarks"] == f"it is there twice: {first} counts, {second} does not"
+
+    # Handed in again, under its right name, and broken.
+    shutil.rmtree(course.submissions)
+    course.submit("unknown", PS1, solved)
+    course.submit("twice", PS1, None)
+    rows = course.graded()
+    assert float(rows["unknown"]["score"]) == 20
+    assert rows["twice"]["score"] == ""
+    feedback = course.folder / "build" / "feedback"
+    assert [(feedback / student / PS1).exists() for student in ("unknown", "twice")] == [
+        True,
+        False,
+    ]
+    assert (course.folder / "build" / "grades.csv").read_text().count("unknown,") == 1
+
+
+def test_feedback_runs_no_code_of_a_student(tmp_path):
+    name = "ps2_turning_points"
+    course = Course(tmp_path, name)
+    answer = read(name, course.release())
+    attack = "<img src='x' onerror='alert(1)'><script>alert(2)</script> $x^2$"
+    nbgrader_cells(answer)["why"].source = attack
+    shows = f'from IPython.display import HTML, display\ndisplay(HTML("{attack}"))'
+    answer.cells.append(nbformat.v4.new_code_cell(shows))
+    course.submit("mallory", name, answer)
+    course.graded()
+    file = course.folder / "build" / "feedback" / "mallory" / name / f"{name}.html"
+    page = file.read_text(encoding="utf-8")
+    assert "$x^2$" in page
+    assert "data:image/png;base64" in page
+    assert "<details>" in page
+    assert "&lt;img src=" in page  # shown as text
+    assert not re.search(r"<[^<>]*onerror|<script>alert", page)
 
 
 def test_restoring_keeps_what_is_the_student_s(tmp_path):

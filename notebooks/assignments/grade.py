@@ -14,6 +14,7 @@ import dis
 import logging
 import os
 import re
+import shutil
 import sys
 import warnings
 from contextlib import suppress
@@ -94,20 +95,28 @@ def grade(submissions, folder=HERE):
         for file in sorted(submissions.rglob("*.ipynb"))
         if ".ipynb_checkpoints" not in file.parts
     ]
-    if not files:
+    folders = sorted(path for path in submissions.glob("*") if path.is_dir())
+    if not files and not folders:
         raise SystemExit(f"{submissions} has no notebooks; give a folder with one folder a student")
-    remarks = {}
+    handed_in = {file.relative_to(submissions).parts[0] for file in files}
+    remarks = {
+        ("", path.name): ["not graded: there is no notebook in this folder"]
+        for path in folders
+        if path.name not in handed_in
+    }
+    taken = {}
     for file in tqdm(files, desc="grade", unit="submission"):
-        student, *_ = file.relative_to(submissions).parts
+        shown = file.relative_to(submissions)
+        student, *_ = shown.parts
         name = next((name for name in released if file.stem.startswith(name)), "")
-        again = (name, student) in remarks
         notes = remarks.setdefault((name, student), [])
         if not name or file.parent == submissions:
-            notes.append(f"not graded: {file} is not <student>/…/<set>.ipynb")
+            notes.append(f"not graded: {shown} is not <student>/…/<set>.ipynb")
             continue
-        if again:
-            notes.append(f"not graded, for it is there twice: {file}")
+        if (name, student) in taken:
+            notes.append(f"it is there twice: {taken[name, student]} counts, {shown} does not")
             continue
+        taken[name, student] = shown
         try:
             submitted = nbformat.read(file, as_version=4)
             nbformat.validate(submitted)
@@ -117,6 +126,8 @@ def grade(submissions, folder=HERE):
             _forget(course, name, student)
             continue
         notes += changes
+        if _names_nobody(submitted, released[name]):
+            notes.append("no id is written in it: its worlds are those of all such submissions")
         target = folder / "build" / "submitted" / student / name / f"{name}.ipynb"
         target.parent.mkdir(parents=True, exist_ok=True)
         nbformat.write(restored, target)
@@ -131,6 +142,15 @@ def grade(submissions, folder=HERE):
         )
         notes += _oddities(graded)
     report(folder, remarks)
+
+
+def _names_nobody(submitted, released):
+    """Whether the cell for the student's id is as it was given out."""
+    before, after = (
+        [cell.source for cell in notebook.cells if _id(cell) == "student"]
+        for notebook in (released, submitted)
+    )
+    return before == after
 
 
 def _oddities(graded):
@@ -149,6 +169,8 @@ def _oddities(graded):
 
 def _forget(course, name, student):
     """Remove a submission that could not be graded from the grade book: no score is not zero."""
+    feedback = Path(course.root, "build", "feedback", student, name)
+    shutil.rmtree(feedback, ignore_errors=True)
     with open_book(course) as book, suppress(MissingEntry):
         book.remove_submission(name, student)
 
@@ -252,6 +274,9 @@ def report(folder=HERE, remarks=None):
     if table.exists():
         with table.open(newline="", encoding="utf-8") as stream:
             rows = {(row["set"], row["student"]): row["remarks"] for row in csv.DictReader(stream)}
+    # What had no set before may have one now.
+    seen = {student for _, student in remarks or ()}
+    rows = {(name, who): notes for (name, who), notes in rows.items() if name or who not in seen}
     rows |= {key: "; ".join(notes) for key, notes in (remarks or {}).items()}
     with open_book(course) as book, table.open("w", newline="", encoding="utf-8") as stream:
         write = csv.writer(stream)

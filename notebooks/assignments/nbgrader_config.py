@@ -1,8 +1,10 @@
 """Where nbgrader finds and puts things: the sources are here, all else goes to build/."""
 
+import json
 import re
 from pathlib import Path
 
+from nbconvert.preprocessors.sanitize import SanitizeHTML
 from nbgrader.preprocessors import NbGraderPreprocessor
 
 c = get_config()  # noqa: F821
@@ -26,6 +28,10 @@ c.Execute.extra_arguments = ["--IPKernelApp.log_level=40"]
 c.ClearSolutions.code_stub = {"python": "# YOUR CODE HERE"}
 c.ClearSolutions.text_stub = "YOUR ANSWER HERE"
 
+# A browser that shows an answer, in feedback or to grade it by hand, runs none of its code.
+c.HTMLExporter.preprocessors = [SanitizeHTML]
+c.SanitizeHTML.tags = [*SanitizeHTML().tags, "details", "summary"]
+
 
 class SetCourse(NbGraderPreprocessor):
     """Write the course's name into the cell that makes the seed."""
@@ -34,7 +40,8 @@ class SetCourse(NbGraderPreprocessor):
         """Replace the line that names the course."""
         if cell.metadata.get("nbgrader", {}).get("grade_id") == "setup":
             converter = self.parent.parent
-            line = f'course = "{converter.coursedir.course_id}"'
+            name = json.dumps(converter.coursedir.course_id, ensure_ascii=False)
+            line = f"course = {name}"
             cell.source = re.sub(r"^course = .*$", lambda _: line, cell.source, flags=re.M)
         return cell, resources
 
