@@ -64,7 +64,6 @@ def quietly(limit=LIMIT):
     AssertionError
         When the time is up.
     """
-    timed = hasattr(signal, "setitimer")
 
     def stop(*_):
         raise TooLong
@@ -73,7 +72,7 @@ def quietly(limit=LIMIT):
         warnings.simplefilter("ignore")
         for redirect in (redirect_stdout, redirect_stderr):
             stack.enter_context(redirect(io.StringIO()))
-        if timed:
+        if hasattr(signal, "setitimer"):
             stack.callback(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, stop))
             signal.setitimer(signal.ITIMER_REAL, limit, 1.0)
             stack.callback(signal.setitimer, signal.ITIMER_REAL, 0)
@@ -131,6 +130,10 @@ def _place(error, test):
     return "" if name == test.__name__ else f" (in {name}, line {line} of its cell)"
 
 
+class NotOwn(AssertionError):
+    """What should be a student's own calls a part of freeseg that refuses to work."""
+
+
 @contextmanager
 def without(*parts):
     """Let parts of freeseg refuse to work while a student's own code must.
@@ -141,13 +144,18 @@ def without(*parts):
         Functions, and classes of trackers, which refuse to start; by
         whatever name the code under test knows them.
 
+    Raises
+    ------
+    NotOwn
+        In what calls one of them.
+
     Examples
     --------
     >>> import freeseg as fs
     >>> with without(fs.tracking_error):
     ...     fs.tracking_error((0, 0, 0), (0, 0, 0))
     Traceback (most recent call last):
-    AssertionError: do it yourself, without fs.tracking_error
+    freeseg.assignments.NotOwn: do it yourself, without fs.tracking_error
     """
     with ExitStack() as stack:
         for part in parts:
@@ -158,6 +166,9 @@ def without(*parts):
 
 
 def _refuse(*_, **__):
-    """Stand for the function whose name this code has; in its module, nothing is imported."""
-    name = __import__("sys")._getframe().f_code.co_name
-    raise AssertionError(f"do it yourself, without fs.{name}")
+    """Stand for the function whose name this code has; it runs in that one's module."""
+    import sys
+
+    from freeseg.assignments import NotOwn
+
+    raise NotOwn(f"do it yourself, without fs.{sys._getframe().f_code.co_name}")
