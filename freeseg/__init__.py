@@ -10,6 +10,7 @@ from freeseg import metrics
 from freeseg.disturbance import Disturbance
 from freeseg.errors import (
     FreesegError,
+    InvalidData,
     InvalidParameter,
     InvalidQuery,
     InvalidWorld,
@@ -17,13 +18,14 @@ from freeseg.errors import (
     SolverFailed,
     Trapped,
 )
-from freeseg.generate import random_query, random_world
+from freeseg.paper import load_cases, load_table
 from freeseg.path import Path
-from freeseg.planners import literal_plan, plan, shortest_path
+from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path, with_fallback
+from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import make_reference, tracking_error
 from freeseg.robot import KheperaIV
 from freeseg.segments import free_segments
-from freeseg.simulate import simulate
+from freeseg.simulate import drive, simulate
 from freeseg.trackers import (
     FeedbackLinearisation,
     Fuzzy,
@@ -35,9 +37,18 @@ from freeseg.trackers import (
     Stanley,
     SuperTwisting,
 )
-from freeseg.world import Disc, Polygon, World, load_cases, load_table
+from freeseg.world import Disc, Polygon, World
 
 __version__ = "0.1.0"
+
+#: Where the names are that are imported when first asked for, since they are slow to load.
+_LAZY = {
+    "Mpc": "freeseg.trackers",
+    "display": "freeseg.display",
+    "plotting": "freeseg.plotting",
+    "studies": "freeseg.studies",
+    "teaching": "freeseg.teaching",
+}
 
 __all__ = [
     "Disc",
@@ -45,6 +56,7 @@ __all__ = [
     "FeedbackLinearisation",
     "FreesegError",
     "Fuzzy",
+    "InvalidData",
     "InvalidParameter",
     "InvalidQuery",
     "InvalidWorld",
@@ -63,6 +75,8 @@ __all__ = [
     "SuperTwisting",
     "Trapped",
     "World",
+    "display",
+    "drive",
     "free_segments",
     "literal_plan",
     "load_cases",
@@ -70,19 +84,26 @@ __all__ = [
     "make_reference",
     "metrics",
     "plan",
+    "plan_rooms",
     "plotting",
     "random_query",
     "random_world",
     "shortest_path",
     "simulate",
+    "studies",
+    "teaching",
     "tracking_error",
+    "with_fallback",
 ]
 
 
 def __getattr__(name):
-    """Import `plotting` and `Mpc` when first asked for: Matplotlib and CasADi are slow to load."""
-    if name == "plotting":
-        return import_module("freeseg.plotting")
-    if name == "Mpc":
-        return import_module("freeseg.trackers.mpc").Mpc
-    raise AttributeError(f"module 'freeseg' has no attribute {name!r}")
+    """Import one of `_LAZY`."""
+    if name not in _LAZY:
+        raise AttributeError(f"module 'freeseg' has no attribute {name!r}")
+    module = import_module(_LAZY[name])
+    return getattr(module, name) if _LAZY[name] != f"freeseg.{name}" else module
+
+
+def __dir__():
+    return sorted({*globals(), *_LAZY})

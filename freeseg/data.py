@@ -2,11 +2,13 @@
 
 import csv
 import math
+from importlib.resources import files
 from pathlib import Path
 
-from freeseg.errors import InvalidWorld
+from freeseg.errors import InvalidData
 
-DATA = Path(__file__).resolve().parent.parent / "data"
+#: Where the files are: ``data/`` of the collection, which is installed with the package.
+DATA = Path(str(files("freeseg._data")))
 
 
 def read_csv(path, columns):
@@ -28,7 +30,7 @@ def read_csv(path, columns):
 
     Raises
     ------
-    InvalidWorld
+    InvalidData
         Where the file or a column is missing, the file has no row, or a value
         is absent or not a finite number; file, row and value are named.
     """
@@ -39,14 +41,14 @@ def read_csv(path, columns):
             found = reader.fieldnames or []
             lines = [(reader.line_num, line) for line in reader]
     except (OSError, ValueError, csv.Error) as error:
-        raise InvalidWorld(
+        raise InvalidData(
             f"{path.name} cannot be read ({error}); expected a CSV file at {path}"
         ) from error
     missing = [name for name in columns if name not in found]
     if missing:
-        raise InvalidWorld(f"{path.name} has no column {missing[0]!r}; its columns are {found}")
+        raise InvalidData(f"{path.name} has no column {missing[0]!r}; its columns are {found}")
     if not lines:
-        raise InvalidWorld(f"{path.name} has no rows below its header; add at least one")
+        raise InvalidData(f"{path.name} has no rows below its header; add at least one")
 
     def convert(name, kind, number, text):
         try:
@@ -55,7 +57,7 @@ def read_csv(path, columns):
                 raise ValueError
         except (TypeError, ValueError, OverflowError):
             wanted = {str: "some text", int: "a whole number", float: "a finite number"}[kind]
-            raise InvalidWorld(
+            raise InvalidData(
                 f"{path.name}, row {number}, column {name!r}: {text!r} is not {wanted}"
             ) from None
         return value

@@ -1,11 +1,11 @@
 """What disturbs a robot: noise, slip, wrong sizes, lag and delay."""
 
-import operator
 from dataclasses import dataclass
-from math import exp, expm1, isclose
+from math import exp, expm1, isclose, isfinite
 
 import numpy as np
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
 
 #: How many samples of random numbers are drawn at once: what bounds their memory.
@@ -69,31 +69,30 @@ class Disturbance:
     delay: float = 0.0
 
     def __post_init__(self):
-        number, pair = "a finite number", "a finite number, or a pair of them,"
-        for name, remedy, valid in (
-            ("position_noise", f"{number}, zero or more", lambda value: value >= 0),
-            ("heading_noise", f"{number}, zero or more", lambda value: value >= 0),
-            ("slip", f"{pair} between -1 and 1", lambda value: abs(value) < 1),
-            ("slip_fluctuation", f"{number} from 0 to below 1", lambda value: 0 <= value < 1),
-            ("slip_time", "a positive finite number", lambda value: value > 0),
-            ("wheel_base_error", f"{number} above -1", lambda value: value > -1),
-            ("wheel_radius_error", f"{pair} above -1", lambda value: value > -1),
-            ("lag", f"{number}, zero or more", lambda value: value >= 0),
-            ("delay", f"{number}, zero or more", lambda value: value >= 0),
-        ):
-            given = getattr(self, name)
-            try:
-                value = np.asarray(given, float)
-            except (TypeError, ValueError, OverflowError):
-                value = np.array(np.nan)
-            shapes = [(), (2,)] if remedy.startswith(pair) else [()]
-            if value.shape not in shapes or not all(
-                np.isfinite(entry) and valid(entry) for entry in value.flat
-            ):
-                raise InvalidParameter(f"disturbance.{name} is {given!r}; give {remedy}")
-            # What is given per wheel becomes a pair.
-            value = np.broadcast_to(value, shapes[-1]).tolist()
-            object.__setattr__(self, name, tuple(value) if len(shapes) > 1 else value)
+        for name in ("position_noise", "heading_noise", "lag", "delay"):
+            self._check(name, lambda found: found >= 0, "zero or more")
+        self._check("slip_fluctuation", lambda found: 0 <= found < 1, "from 0 to below 1")
+        self._check("slip_time", lambda found: found > 0, "above 0")
+        self._check("wheel_base_error", lambda found: found > -1, "above -1")
+        self._check_pair("slip", lambda found: abs(found) < 1, "between -1 and 1")
+        self._check_pair("wheel_radius_error", lambda found: found > -1, "above -1")
+
+    def _check(self, name, valid, bounds):
+        """Make a field a float, or raise."""
+        remedy = f"a finite number, {bounds}"
+        found = checks.number(f"disturbance.{name}", getattr(self, name), valid, remedy)
+        object.__setattr__(self, name, found)
+
+    def _check_pair(self, name, valid, bounds):
+        """Make a field a pair of floats, right and left; one number stands for both."""
+        given = getattr(self, name)
+        several = isinstance(given, tuple | list) or getattr(given, "ndim", 0)
+        pair = given if several and len(given) == 2 else (given, given)
+        remedy = f"a finite number, or a pair of them, {bounds}"
+        pair = tuple(map(checks.as_float, pair))
+        if not all(isfinite(found) and valid(found) for found in pair):
+            raise InvalidParameter(f"disturbance.{name} is {checks.shown(given)}; give {remedy}")
+        object.__setattr__(self, name, pair)
 
     @property
     def noisy(self):
@@ -120,7 +119,7 @@ class Disturbance:
                 f"{dt:g} s; give {np.floor(self.delay / dt) * dt:g} or "
                 f"{np.ceil(self.delay / dt) * dt:g} s, or change dt"
             )
-        return steps
+        return int(steps)
 
     def lag_shares(self, dt):
         """What a time step leaves of the difference of a wheel from its target.
@@ -139,14 +138,14 @@ class Disturbance:
             return 0.0, 0.0
         return -expm1(-dt / self.lag) * self.lag / dt, exp(-dt / self.lag)
 
-    def start(self, shape, samples, dt, seed):
+    def samples(self, shape, count, dt, seed):
         """What disturbs measurement and wheels, sample by sample.
 
         Parameters
         ----------
         shape : tuple of int
             ``()`` for one robot, ``(n,)`` for a batch.
-        samples : int
+        count : int
             How many are asked for.
         dt : float
             Time between them (s).
@@ -168,14 +167,14 @@ class Disturbance:
         deviation = np.reshape([self.position_noise] * 2 + [self.heading_noise], (3, *ones))
         if not (self.noisy or self.slip_fluctuation):
             still, rolled = np.zeros((3, *ones)), radius * (1 - slip)
-            for _ in range(samples):
+            for _ in range(count):
                 yield still, rolled
             return
         # The process at the samples, exactly: what is left of it, and what is new.
         kept = exp(-dt / self.slip_time)
         new = self.slip_fluctuation * (-expm1(-2 * dt / self.slip_time)) ** 0.5
         fluctuation = None
-        for normal in normals(seed, shape, samples):
+        for normal in normals(seed, shape, count):
             if fluctuation is None:
                 fluctuation = self.slip_fluctuation * normal[3:]
             else:
@@ -201,7 +200,7 @@ def normals(seed, shape, samples):
         One sample. A robot's depend on the seed and on its number alone, not
         on who else is in the batch nor on how many samples are asked for.
     """
-    entropy, first = as_seed(seed)
+    entropy, first = checks.seed(seed)
     streams = [
         np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(first + number,)))
         for number in range(int(np.prod(shape)))
@@ -214,24 +213,8 @@ def normals(seed, shape, samples):
         yield from drawn.reshape(-1, CHANNELS, *shape)
 
 
-def as_seed(seed):
-    """`seed` as a seed and the number of the first robot, or `InvalidParameter`."""
-    try:
-        entropy, first = map(operator.index, seed if isinstance(seed, tuple | list) else (seed, 0))
-    except (TypeError, ValueError):
-        entropy = first = -1
-    if entropy < 0 or first < 0:
-        raise InvalidParameter(
-            f"seed is {seed!r}; give a whole number from 0 on, or a pair of them: "
-            "the seed, and the number of the first robot"
-        )
-    return entropy, first
-
-
 def as_disturbance(disturbance):
     """`disturbance`, none of it for None; `InvalidParameter` for anything else."""
     if disturbance is None:
         return Disturbance()
-    if not isinstance(disturbance, Disturbance):
-        raise InvalidParameter(f"disturbance is {disturbance!r}; give a Disturbance")
-    return disturbance
+    return checks.instance("disturbance", disturbance, Disturbance, "a Disturbance")

@@ -6,7 +6,7 @@ class FreesegError(Exception):
 
 
 class InvalidWorld(FreesegError, ValueError):
-    """The obstacles, or the data file that describes them, make no sense."""
+    """The obstacles make no sense."""
 
 
 class InvalidQuery(FreesegError, ValueError):
@@ -15,6 +15,10 @@ class InvalidQuery(FreesegError, ValueError):
 
 class InvalidParameter(FreesegError, ValueError):
     """A robot, margin, speed, gain, time step, path or disturbance is out of its range."""
+
+
+class InvalidData(FreesegError, ValueError):
+    """A file is missing, cannot be read or written, or holds what makes no sense."""
 
 
 class NoPath(FreesegError):

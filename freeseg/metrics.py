@@ -3,6 +3,7 @@
 import numpy as np
 import shapely
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.simulate import Run
 from freeseg.world import check_world
@@ -12,9 +13,6 @@ SETTLED = 0.01
 
 #: A wheel this close to a limit is at it: the rest is round-off (relative).
 AT_LIMIT = 1e-9
-
-#: Kinds of steps that are no repair.
-FIRST = {"straight", "turning point", "rooms", "shortest"}
 
 
 def planning(world, plan):
@@ -42,7 +40,7 @@ def planning(world, plan):
         "turns": len(plan.turning_points),
         "safe_segments": safe,
         "danger_segments": len(plan.segments) - safe,
-        "repairs": sum(step.kind not in FIRST for step in plan.steps),
+        "repairs": sum(step.kind.is_repair for step in plan.steps),
     }
 
 
@@ -81,8 +79,7 @@ def tracking(run, world=None, since=0.0, until=np.inf):
     InvalidParameter
         For what is no run, or where no time of it counts.
     """
-    if not isinstance(run, Run):
-        raise InvalidParameter(f"run is a {type(run).__name__}; give what simulate returns")
+    checks.instance("run", run, Run, "what simulate returns")
     part = slice(*np.searchsorted(run.t, [since, until]))
     if np.isnan([since, until]).any() or part.start >= part.stop:
         raise InvalidParameter(

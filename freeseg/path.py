@@ -9,7 +9,8 @@ from pathlib import Path as FilePath
 import numpy as np
 import shapely
 
-from freeseg.errors import InvalidParameter
+from freeseg import checks
+from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.geometry import (
     angle_of,
     arc_segment_distance,
@@ -26,21 +27,12 @@ GRAZING = 1e-9
 MOST_SAMPLES = 1e8
 
 
-def _check(piece, **shapes):
-    """Turn a piece's fields into floats and pairs, or `InvalidParameter`."""
-    for name, size in shapes.items():
-        value = getattr(piece, name)
-        try:
-            if isinstance(value, str):
-                raise TypeError
-            numbers = tuple(float(number) for number in (value if size == 2 else (value,)))
-        except (TypeError, ValueError, OverflowError):
-            numbers = ()
-        if len(numbers) != size or not all(map(math.isfinite, numbers)):
-            raise InvalidParameter(
-                f"{type(piece).__name__} has {name} {value!r}; give {size} finite numbers"
-            )
-        object.__setattr__(piece, name, numbers if size == 2 else numbers[0])
+def _check(piece, **sizes):
+    """Turn a piece's fields into floats and pairs of them, or `InvalidParameter`."""
+    for name, size in sizes.items():
+        what, value = f"{name} of the {type(piece).__name__}", getattr(piece, name)
+        found = checks.number(what, value) if size == 1 else checks.numbers(what, value, size)
+        object.__setattr__(piece, name, found)
 
 
 @dataclass(frozen=True)
@@ -234,13 +226,10 @@ class Path:
         InvalidParameter
             For a step that is not positive or makes over 100 million points.
         """
-        try:
-            spacing = float(step)
-        except (TypeError, ValueError, OverflowError):
-            spacing = math.nan
+        spacing = checks.as_float(step)
         if not spacing > 0 or self.length / spacing > MOST_SAMPLES:
             raise InvalidParameter(
-                f"step is {step!r}; give a positive length (m) that makes at most "
+                f"step is {checks.shown(step)}; give a positive length (m) that makes at most "
                 f"{MOST_SAMPLES:g} samples of a path of {self.length:.3f} m"
             )
         counts = [max(math.ceil(piece.length / spacing), 1) for piece in self.pieces]
@@ -366,7 +355,7 @@ class Path:
 
         Raises
         ------
-        InvalidParameter
+        InvalidData
             For a file that cannot be written.
         """
         pieces = [
@@ -378,7 +367,7 @@ class Path:
         try:
             FilePath(file).write_text(text)
         except (OSError, TypeError) as error:
-            raise InvalidParameter(f"{file} cannot be written ({error})") from error
+            raise InvalidData(f"{file} cannot be written ({error})") from error
 
     @classmethod
     def load(cls, file):
@@ -386,7 +375,7 @@ class Path:
 
         Raises
         ------
-        InvalidParameter
+        InvalidData
             For a file that is missing or is not such a path.
         """
         kinds = {"Line": Line, "Arc": Arc}
@@ -396,7 +385,7 @@ class Path:
                 raise ValueError(f"its unit is {saved['unit']!r}, not 'm'")
             return cls([kinds[piece.pop("kind")](**piece) for piece in saved["pieces"]])
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-            raise InvalidParameter(f"{file} is not a path saved by freeseg ({error})") from error
+            raise InvalidData(f"{file} is not a path saved by freeseg ({error})") from error
 
 
 def taut_path(start, circles, goal):

@@ -3,14 +3,10 @@
 Every function draws on ``ax``, or on a new figure, and returns the axes.
 """
 
-import base64
-from pathlib import Path as FilePath
-from tempfile import TemporaryDirectory
-
 import matplotlib.pyplot as plt
 import numpy as np
 import shapely
-from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.animation import FuncAnimation
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.patheffects import withStroke
@@ -468,51 +464,3 @@ def animate(world, plan, run, ax=None, frames=40):
 
     times = np.linspace(0, len(x) - 1, frames).astype(int)
     return FuncAnimation(ax.figure, show, frames=times, interval=100, blit=True)
-
-
-def as_gif(animation, dpi=70, alt="animation"):
-    """An animation as a picture that any notebook viewer shows.
-
-    Parameters
-    ----------
-    animation : matplotlib Animation
-        What to show; its figure is closed.
-    dpi : int, optional
-        Resolution.
-    alt : str, optional
-        What it shows, in words.
-
-    Returns
-    -------
-    IPython.display.HTML
-    """
-    from IPython.display import HTML
-
-    with TemporaryDirectory() as folder:
-        file = FilePath(folder) / "animation.gif"
-        animation.save(file, writer=PillowWriter(fps=10), dpi=dpi)
-        data = base64.b64encode(file.read_bytes()).decode()
-    plt.close(animation._fig)
-    return HTML(f'<img alt="{alt}" src="data:image/gif;base64,{data}">')
-
-
-def show_table(header, rows):
-    """A table for a notebook.
-
-    Parameters
-    ----------
-    header : sequence of str
-        Column titles.
-    rows : sequence of sequences
-        Cells; formatted with ``str``.
-
-    Returns
-    -------
-    IPython.display.Markdown
-    """
-    from IPython.display import Markdown
-
-    lines = [header, ["---"] * len(header), *rows]
-    return Markdown(
-        "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
-    )

@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.path import Path
-from freeseg.robot import as_robot, check_positive
+from freeseg.robot import as_robot
 from freeseg.smoothing import moving_average
 from freeseg.world import check_world
 
@@ -203,8 +204,8 @@ def make_reference(
     (11.81, 0.41)
     """
     robot = as_robot(robot)
-    speed = check_positive("speed", speed)
-    acceleration = check_positive("acceleration", acceleration)
+    speed = checks.positive("speed", speed)
+    acceleration = checks.positive("acceleration", acceleration)
     for name, value, limit, unit in (
         ("speed", speed, robot.max_wheel_speed, "m/s"),
         ("acceleration", acceleration, robot.max_wheel_acceleration, "m/s^2"),
@@ -214,13 +215,12 @@ def make_reference(
                 f"{name} is {value:g} {unit}; the robot's wheels reach at most {limit:.4f} {unit}"
             )
     ends = [
-        check_positive(name, value) if value else 0.0
-        for name, value in (("start_speed", start_speed), ("end_speed", end_speed))
+        checks.not_negative("start_speed", start_speed),
+        checks.not_negative("end_speed", end_speed),
     ]
-    if not isinstance(path, Path):
-        raise InvalidParameter(f"path is a {type(path).__name__}; give a Path, such as plan.path")
+    checks.instance("path", path, Path, "a Path, such as plan.path")
     # A path shorter than that is averaged over its own length.
-    width = min(check_positive("smoothing", smoothing), path.length) if smoothing else 0.0
+    width = min(checks.not_negative("smoothing", smoothing), path.length)
     course = moving_average(path, width)
     # The curvature's rate jumps where the window reaches a joint, and where it leaves it.
     breaks = np.clip(np.add.outer(path.joints, [-width / 2, 0, width / 2]), 0, path.length)

@@ -5,8 +5,9 @@ from functools import cache
 
 import numpy as np
 
+from freeseg import checks
 from freeseg.data import DATA, read_csv
-from freeseg.errors import InvalidParameter, InvalidWorld
+from freeseg.errors import InvalidData
 
 
 @cache
@@ -16,7 +17,7 @@ def _datasheet():
     parameters = {}
     for row in read_csv(DATA / "khepera4.csv", {"parameter": str, "value": float, "unit": str}):
         if row["unit"] not in to_si:
-            raise InvalidWorld(
+            raise InvalidData(
                 f"khepera4.csv, row {row['row']}: unit {row['unit']!r} is not in {sorted(to_si)}"
             )
         parameters[row["parameter"]] = row["value"] * to_si[row["unit"]]
@@ -66,7 +67,7 @@ class KheperaIV:
 
     def __post_init__(self):
         for parameter in fields(self):
-            value = check_positive(f"robot.{parameter.name}", getattr(self, parameter.name))
+            value = checks.positive(f"robot.{parameter.name}", getattr(self, parameter.name))
             object.__setattr__(self, parameter.name, value)
 
     @property
@@ -178,17 +179,4 @@ def as_robot(robot):
     """`robot`, a Khepera IV for None; `InvalidParameter` for anything else."""
     if robot is None:
         return KheperaIV()
-    if not isinstance(robot, KheperaIV):
-        raise InvalidParameter(f"robot is {robot!r}; give a KheperaIV")
-    return robot
-
-
-def check_positive(name, value):
-    """`value` as a float; `InvalidParameter` unless positive and finite."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = np.nan
-    if not (np.isfinite(number) and number > 0):
-        raise InvalidParameter(f"{name} is {value!r}; give a positive finite number")
-    return number
+    return checks.instance("robot", robot, KheperaIV, "a KheperaIV")

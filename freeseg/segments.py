@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from freeseg.errors import InvalidParameter
+from freeseg import checks
 from freeseg.geometry import angle_of, unit
-from freeseg.robot import as_robot, check_positive
+from freeseg.robot import as_robot
 from freeseg.triangulation import triangulate
 from freeseg.world import Disc, check_world
 
@@ -80,13 +80,12 @@ def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
     [0.2772, 0.164, 0.203, 0.2979, 0.2246, 0.2326]
     """
     check_world(world)
-    required = as_robot(robot).diameter + check_positive("margin", margin)
+    required = as_robot(robot).diameter + checks.positive("margin", margin)
+    checks.choice("neighbours", neighbours, ("chain", "delaunay"))
     if neighbours == "chain":
         pairs = np.column_stack([np.arange(len(world) - 1), np.arange(1, len(world))])
-    elif neighbours == "delaunay":
-        pairs = triangulate(world).neighbours if len(world) else np.empty((0, 2), int)
     else:
-        raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
+        pairs = triangulate(world).neighbours if len(world) else np.empty((0, 2), int)
     nearest = shapely.get_coordinates(shapely.shortest_line(*world.cores[pairs].T))
     nearest = nearest.reshape(-1, 2, 2)
     return make_segments(pairs, nearest, world.radii[pairs], required)

@@ -5,16 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from freeseg.disturbance import as_disturbance, as_seed
+from freeseg import checks
+from freeseg.disturbance import as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference, tracking_error
-from freeseg.robot import KheperaIV, as_robot, check_positive
+from freeseg.robot import KheperaIV, as_robot
 
 #: A longer run would not end, or not fit into memory.
 MOST_STEPS = 1e7
 
-#: How many time steps are put in order at once: as many as the cache holds.
-TILE = 32
+#: Shapes of the poses of one robot and of n robots, and the units of their rows.
+POSES, POSE_UNITS = ((3,), (3, None)), "m, m, rad"
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +28,6 @@ class Run:
         Time (s).
     pose : ndarray, shape (3, N) [(3, n, N)]
         True x, y (m) and heading (rad, not wrapped).
-    reference : ndarray, shape (3, N)
-        Pose wanted.
-    error : ndarray, shape (3, N) [(3, n, N)]
-        Tracking error (7) of the true pose: x_e, y_e (m), alpha_e (rad).
     wheels : ndarray, shape (2, N) [(2, n, N)]
         Right and left wheel speed (m/s) driven from each time on; at the
         last time, those that it was reached with. They are what the motors
@@ -43,22 +40,24 @@ class Run:
     asked : ndarray, shape (2, N) [(2, n, N)]
         Wheel speeds (m/s) that the motors were asked for from each time on,
         within the limits; the motors follow with their lag.
+    reference : ndarray, shape (3, N), or None
+        Pose wanted; None where nothing was to be followed.
+    error : ndarray, shape (3, N) [(3, n, N)], or None
+        Tracking error (7) of the true pose: x_e, y_e (m), alpha_e (rad).
     """
 
     t: np.ndarray
     pose: np.ndarray
-    reference: np.ndarray
-    error: np.ndarray
     wheels: np.ndarray
     robot: KheperaIV
-    measured: np.ndarray | None = None
-    asked: np.ndarray | None = None
+    measured: np.ndarray
+    asked: np.ndarray
+    reference: np.ndarray | None = None
+    error: np.ndarray | None = None
 
-    def __post_init__(self):
-        if self.measured is None:
-            object.__setattr__(self, "measured", self.pose)
-        if self.asked is None:
-            object.__setattr__(self, "asked", self.wheels)
+    def __repr__(self):
+        robots = "one robot" if self.pose.ndim == 2 else f"{self.pose.shape[1]} robots"
+        return f"Run of {robots} over {self.t[-1]:.3f} s in {len(self.t) - 1} steps"
 
 
 def simulate(
@@ -128,11 +127,11 @@ def simulate(
     """
     robot = as_robot(robot)
     if isinstance(tracker, type) or not callable(getattr(tracker, "start", None)):
-        raise InvalidParameter(f"tracker is {tracker!r}; give one, such as SlidingMode()")
-    if not isinstance(reference, Reference):
-        kind = type(reference).__name__
-        raise InvalidParameter(f"reference is a {kind}; give one made by make_reference")
-    dt = check_positive("dt", dt)
+        raise InvalidParameter(
+            f"tracker is {checks.shown(tracker)}; give one, such as SlidingMode()"
+        )
+    checks.instance("reference", reference, Reference, "one made by make_reference")
+    dt = checks.positive("dt", dt)
     if dt > reference.duration:
         raise InvalidParameter(
             f"dt is {dt} s, and the reference lasts {reference.duration:.3f} s; shorten it"
@@ -141,71 +140,111 @@ def simulate(
         raise InvalidParameter(
             f"dt is {dt} s, over {MOST_STEPS:g} steps for {reference.duration:.3f} s; lengthen it"
         )
-    try:
-        offset = np.asarray(initial_offset, float)
-    except (TypeError, ValueError, OverflowError):
-        offset = np.array(np.nan)
-    if (
-        offset.shape[:1] != (3,)
-        or offset.ndim > 2
-        or not offset.size
-        or not np.isfinite(offset).all()
-    ):
-        raise InvalidParameter(
-            f"initial_offset is {initial_offset!r}; give three finite numbers or three rows of them"
-        )
-    disturbance = as_disturbance(disturbance)
-    seed = as_seed(seed)
-    late = disturbance.delayed_steps(dt)
-    t = reference.steps(dt)
-    wanted = reference.at(t).pose
-    x, y, theta = wanted[:, 0]
-    ahead, left, turned = offset
-    # Time comes first until the end: a step's numbers lie side by side.
-    pose = np.empty((len(t), *offset.shape))
-    pose[0] = np.stack(
+    ahead, left, turned = offset = checks.array(
+        "initial_offset", initial_offset, *POSES, unit=POSE_UNITS
+    )
+    disturbance, _ = as_disturbance(disturbance), checks.seed(seed)
+    disturbance.delayed_steps(dt)
+    wanted = reference.at(reference.steps(dt)).pose
+    (x, y, theta), (ahead, left, turned) = wanted[:, 0], offset
+    first = np.stack(
         [
             x + ahead * np.cos(theta) - left * np.sin(theta),
             y + ahead * np.sin(theta) + left * np.cos(theta),
             theta + turned,
         ]
     )
-    measured = np.empty_like(pose) if disturbance.noisy else pose
-    batch = offset.shape[1:]
-    wheels = np.zeros((len(t), 2, *batch))
-    targets = np.zeros_like(wheels) if disturbance.lag else wheels
     law = tracker.start(reference, robot, dt)
+    run = drive(law, first, dt, wanted.shape[1] - 1, robot, disturbance, seed)
+    target = wanted[:, None] if offset.ndim == 2 else wanted
+    return replace(run, reference=wanted, error=tracking_error(target, run.pose))
+
+
+def drive(law, pose, dt, steps, robot=None, disturbance=None, seed=0):
+    """Drive a robot by a law, from rest: the closed loop, which needs no reference.
+
+    Parameters
+    ----------
+    law : callable
+        ``law(t, pose) -> (v, omega)``, asked every `dt` for a body velocity
+        (m/s, rad/s), with the time (s) and the measured pose, of the shape
+        of `pose`.
+    pose : array_like, shape (3,) or (3, n)
+        Where the robot, or each of n robots, starts: x, y (m), heading (rad).
+    dt : float
+        Time step (s), for which each command is held.
+    steps : int
+        Number of time steps.
+    robot, disturbance, seed
+        As for `simulate`.
+
+    Returns
+    -------
+    Run
+        At the times 0, dt, ..., steps dt; without reference and error.
+
+    Raises
+    ------
+    InvalidParameter
+        For a pose of another shape or not finite, a time step that is not
+        positive, no or over 10 million steps, what is no robot, no
+        disturbance or no seed, or a delay that is not a whole number of time
+        steps.
+    """
+    robot, disturbance = as_robot(robot), as_disturbance(disturbance)
+    dt, steps = checks.positive("dt", dt), checks.whole("steps", steps, 1)
+    if steps > MOST_STEPS:
+        raise InvalidParameter(f"steps is {steps}; give at most {MOST_STEPS:g}")
+    first, seed = checks.array("pose", pose, *POSES, unit=POSE_UNITS), checks.seed(seed)
+    batch = first.shape[1:]
+    # Time comes first until the end: a step's numbers lie side by side.
+    poses = np.empty((steps + 1, *first.shape))
+    poses[0] = first
+    measured = np.empty_like(poses) if disturbance.noisy else poses
+    wheels = np.zeros((steps + 1, 2, *batch))
+    asked = np.zeros_like(wheels) if disturbance.lag else wheels
+    motors = _Motors(robot, disturbance, dt, steps, batch)
     plant = replace(robot, wheel_base=robot.wheel_base * (1 + disturbance.wheel_base_error))
-    samples = disturbance.start(batch, len(t), dt, seed)
-    mean, end = disturbance.lag_shares(dt)
-    asked = speed = driven = np.zeros((2, *batch))
-    underway = deque([asked] * int(min(late, len(t))))
+    t = dt * np.arange(steps + 1)
     # A law may give one command for a whole batch.
     form = (2, -1) if batch else (2,)
-    for step, (noise, rolled) in enumerate(samples):
+    for step, (noise, rolled) in enumerate(disturbance.samples(batch, steps + 1, dt, seed)):
         if disturbance.noisy:
-            measured[step] = pose[step] + noise
-        if step == len(t) - 1:
+            measured[step] = poses[step] + noise
+        if step == steps:
             break
-        underway.append(robot.to_wheels(*law(t[step], measured[step])).reshape(form))
-        asked = robot.saturate(underway.popleft(), asked, dt)
-        driven = asked
-        if disturbance.lag:
-            driven, speed = asked + mean * (speed - asked), asked + end * (speed - asked)
-            targets[step] = asked
-        wheels[step] = driven
-        pose[step + 1] = plant.move(pose[step], driven * rolled, dt)
-    wheels[-1], targets[-1] = driven, asked
-    measured = _time_last(measured) if disturbance.noisy else None
-    targets = _time_last(targets) if disturbance.lag else None
-    pose, wheels = _time_last(pose), _time_last(wheels)
-    target = wanted[:, None] if batch else wanted
-    return Run(t, pose, wanted, tracking_error(target, pose), wheels, robot, measured, targets)
+        command = robot.to_wheels(*law(t[step], measured[step])).reshape(form)
+        asked[step], wheels[step] = motors.follow(command)
+        poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)
+    # Those that the last time was reached with.
+    wheels[-1], asked[-1] = wheels[-2], asked[-2]
+    poses, wheels = _time_last(poses), _time_last(wheels)
+    measured = _time_last(measured) if disturbance.noisy else poses
+    asked = _time_last(asked) if disturbance.lag else wheels
+    return Run(t, poses, wheels, robot, measured, asked)
+
+
+class _Motors:
+    """Delay, limits and lag between a command and the wheels."""
+
+    def __init__(self, robot, disturbance, dt, steps, batch):
+        self.robot, self.dt, self.lag = robot, dt, disturbance.lag
+        self.mean_share, self.end_share = disturbance.lag_shares(dt)
+        self.asked = self.speed = np.zeros((2, *batch))
+        # More than the steps of the run would never arrive.
+        self.underway = deque([self.asked] * min(disturbance.delayed_steps(dt), steps))
+
+    def follow(self, command):
+        """Wheel speeds (m/s) for a time step: what is asked for, and their mean."""
+        self.underway.append(command)
+        self.asked = self.robot.saturate(self.underway.popleft(), self.asked, self.dt)
+        if not self.lag:
+            return self.asked, self.asked
+        missing = self.speed - self.asked
+        self.speed = self.asked + self.end_share * missing
+        return self.asked, self.asked + self.mean_share * missing
 
 
 def _time_last(array):
-    """A copy with the first axis last, tile by tile: that is several times faster."""
-    moved = np.empty((*array.shape[1:], len(array)))
-    for begin in range(0, len(array), TILE):
-        moved[..., begin : begin + TILE] = np.moveaxis(array[begin : begin + TILE], 0, -1)
-    return moved
+    """A copy with the first axis last."""
+    return np.ascontiguousarray(np.moveaxis(array, 0, -1))

@@ -1,4 +1,4 @@
-"""Obstacles and the world that they form; the paper's five tables.
+"""Obstacles and the world that they form.
 
 An obstacle is a *core*, a point or a polygon, grown by a radius: a disc is a
 grown point, a polygon is grown by zero. Every distance in freeseg is a
@@ -11,12 +11,9 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from freeseg.data import DATA, read_csv
+from freeseg import checks
 from freeseg.errors import InvalidQuery, InvalidWorld
 from freeseg.geometry import angle_of, cross, ranges, unit
-
-#: The map of the paper's Fig. 12: x and y from ... to ... (mm).
-MAP_MM = ((0, 900), (-100, 900))
 
 #: Largest coordinate (m): beyond it, round-off would be as large as what is decided by.
 FARTHEST = 1e4
@@ -25,28 +22,20 @@ FARTHEST = 1e4
 TOUCHING = 1e-9
 
 
-def _points(values, what, shape, error):
-    """Finite float array of the given shape (None: any number), or the error."""
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise error(f"{what} is {values!r}; give numbers (m)") from None
-    if array.ndim != len(shape) or any(
-        want not in (None, have) for want, have in zip(shape, array.shape, strict=True)
-    ):
-        wanted = " x ".join("n" if want is None else str(want) for want in shape)
-        raise error(f"{what} has shape {array.shape}; expected {wanted} numbers (m)")
-    if not np.isfinite(array).all():
-        raise error(f"{what} is {array.tolist()}; every number must be finite (m)")
+def as_points(values, what, shape, error):
+    """Positions or lengths (m) as a read-only array, or the error; see `checks.array`."""
+    array = checks.array(what, values, shape, error=error)
     if (np.abs(array) > FARTHEST).any():
-        raise error(f"{what} is {array.tolist()}, beyond {FARTHEST:g} m; positions are in metres")
-    array.setflags(write=False)
+        raise error(
+            f"{what} is {checks.shown(array.tolist())}, beyond {FARTHEST:g} m; positions are in "
+            "metres"
+        )
     return array
 
 
 def as_position(values, what):
     """A query's position (m) as an array of shape (2,), or `InvalidQuery`."""
-    return _points(values, what, (2,), InvalidQuery)
+    return as_points(values, what, (2,), InvalidQuery)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +60,11 @@ class Disc:
     radius: float
 
     def __post_init__(self):
-        object.__setattr__(self, "center", _points(self.center, "disc centre", (2,), InvalidWorld))
-        radius = float(_points(self.radius, "disc radius", (), InvalidWorld))
-        if radius <= 0:
-            raise InvalidWorld(
-                f"disc at {self.center.tolist()} has radius {radius}; give a positive one (m)"
-            )
+        center = as_points(self.center, "disc centre", (2,), InvalidWorld)
+        what = f"radius of the disc at {center.tolist()}"
+        radius = checks.positive(what, self.radius, InvalidWorld)
+        as_points(radius, what, (), InvalidWorld)
+        object.__setattr__(self, "center", center)
         object.__setattr__(self, "radius", radius)
 
     @property
@@ -113,21 +101,18 @@ class Polygon:
     vertices: np.ndarray
 
     def __post_init__(self):
-        vertices = _points(self.vertices, "polygon", (None, 2), InvalidWorld)
+        vertices = as_points(self.vertices, "polygon", (None, 2), InvalidWorld)
         if len(vertices) > 1 and (vertices[0] == vertices[-1]).all():
             vertices = vertices[:-1]
+        shown = f"polygon {checks.shown(vertices.tolist())}"
         if len(vertices) < 3:
-            raise InvalidWorld(
-                f"polygon {vertices.tolist()} has under three different corners; add some"
-            )
+            raise InvalidWorld(f"{shown} has under three different corners; add some")
         if (np.roll(vertices, -1, 0) == vertices).all(1).any():
-            raise InvalidWorld(f"polygon {vertices.tolist()} repeats a corner; remove the copy")
+            raise InvalidWorld(f"{shown} repeats a corner; remove the copy")
         core = shapely.Polygon(vertices)
         if not core.is_valid or core.area <= 0:
             why = shapely.is_valid_reason(core) if core.area > 0 else "its area is zero"
-            raise InvalidWorld(
-                f"polygon {vertices.tolist()} is degenerate ({why}); give a simple outline"
-            )
+            raise InvalidWorld(f"{shown} is degenerate ({why}); give a simple outline")
         if not shapely.is_ccw(core.exterior):
             vertices = vertices[::-1]
         object.__setattr__(self, "vertices", vertices)
@@ -181,11 +166,13 @@ class World:
             obstacles = tuple(self.obstacles)
         except TypeError:
             raise InvalidWorld(
-                f"obstacles is {self.obstacles!r}; give a list of Disc and Polygon"
+                f"obstacles is {checks.shown(self.obstacles)}; give a list of Disc and Polygon"
             ) from None
         for number, obstacle in enumerate(obstacles, 1):
             if not isinstance(obstacle, (Disc, Polygon)):
-                raise InvalidWorld(f"obstacle {number} is {obstacle!r}; give a Disc or a Polygon")
+                raise InvalidWorld(
+                    f"obstacle {number} is {checks.shown(obstacle)}; give a Disc or a Polygon"
+                )
         object.__setattr__(self, "obstacles", obstacles)
         first, second = self.close_pairs(TOUCHING)
         if len(first):
@@ -198,6 +185,15 @@ class World:
 
     def __len__(self):
         return len(self.obstacles)
+
+    def __iter__(self):
+        return iter(self.obstacles)
+
+    def __getitem__(self, index):
+        return self.obstacles[index]
+
+    def __repr__(self):
+        return f"World of {len(self)} obstacles"
 
     @cached_property
     def cores(self):
@@ -273,21 +269,6 @@ class World:
         close = apart - self.radii[first] - self.radii[second] <= gap
         return first[close], second[close]
 
-    def per_obstacle(self, edge_distances):
-        """Distances from obstacles, given those from all their `edges`.
-
-        Parameters
-        ----------
-        edge_distances : ndarray, shape (..., m)
-            Distance from every edge (m).
-
-        Returns
-        -------
-        ndarray, shape (..., n)
-            Distance from every obstacle's boundary (m), n at least 1.
-        """
-        return np.minimum.reduceat(edge_distances, self.first_edge, axis=-1) - self.radii
-
     def near(self, geometries, reach):
         """Obstacles near to geometries, and how near.
 
@@ -332,141 +313,5 @@ class World:
 
 
 def check_world(world):
-    """Raise `InvalidQuery` for what is not a `World`."""
-    if not isinstance(world, World):
-        raise InvalidQuery(f"world is {world!r}; give a World")
-
-
-def load_table(number, folder=DATA):
-    """One of the paper's Tables 1 to 5 as a world.
-
-    The paper gives the centres only. Shapes and sizes are an assumption:
-    discs, with the radii in ``obstacles.csv``, which make all true that the
-    paper says of safe and danger segments (notebook 02).
-
-    Parameters
-    ----------
-    number : int
-        Table, 1 to 5.
-    folder : path-like
-        Where ``tables.csv`` and ``obstacles.csv`` are.
-
-    Returns
-    -------
-    World
-        Seven discs (m), in the paper's order.
-
-    Raises
-    ------
-    InvalidWorld
-        For a table that is not there, a missing file or column, a value
-        that is no number, an obstacle number that is repeated, left out or
-        without a size, or a centre off the map of Fig. 12.
-
-    Examples
-    --------
-    >>> [round(1000 * radius) for radius in load_table(1).radii]
-    [18, 18, 18, 39, 39, 18, 24]
-    """
-    centers = read_csv(
-        f"{folder}/tables.csv", {"table": int, "obstacle": int, "x_mm": float, "y_mm": float}
-    )
-    tables = sorted({row["table"] for row in centers})
-    if not isinstance(number, int) or number not in tables:
-        raise InvalidWorld(f"table {number!r} is not in tables.csv; it has {tables}")
-    rows = [row for row in centers if row["table"] == number]
-    _check_numbering("tables.csv", rows)
-    sizes = read_csv(f"{folder}/obstacles.csv", {"obstacle": int, "shape": str, "radius_mm": float})
-    _check_numbering("obstacles.csv", sizes)
-    if len(sizes) != len(rows):
-        raise InvalidWorld(
-            f"obstacles.csv has {len(sizes)} sizes for the {len(rows)} obstacles of "
-            f"table {number}; give each one"
-        )
-    for row in sizes:
-        if row["shape"] != "disc":
-            raise InvalidWorld(
-                f"obstacles.csv, row {row['row']}: shape {row['shape']!r} is not known; give disc"
-            )
-        if row["radius_mm"] <= 0:
-            raise InvalidWorld(
-                f"obstacles.csv, row {row['row']}: radius_mm is {row['radius_mm']:g}; "
-                "give a positive one"
-            )
-    for row in rows:
-        for axis, (low, high) in zip(("x_mm", "y_mm"), MAP_MM, strict=True):
-            if not low <= row[axis] <= high:
-                raise InvalidWorld(
-                    f"tables.csv, row {row['row']}: {axis} is {row[axis]:g}, "
-                    f"off the map of Fig. 12 ({low} to {high} mm)"
-                )
-    radius_mm = {row["obstacle"]: row["radius_mm"] for row in sizes}
-    return World(
-        [
-            Disc((row["x_mm"] / 1000, row["y_mm"] / 1000), radius_mm[row["obstacle"]] / 1000)
-            for row in sorted(rows, key=lambda row: row["obstacle"])
-        ]
-    )
-
-
-def _check_numbering(file, rows):
-    """Obstacles must be numbered 1 to n, each once."""
-    seen = set()
-    for row in rows:
-        number = row["obstacle"]
-        if number in seen:
-            raise InvalidWorld(
-                f"{file}, row {row['row']}: obstacle {number} is there twice; keep one"
-            )
-        if not 1 <= number <= len(rows):
-            raise InvalidWorld(
-                f"{file}, row {row['row']}: obstacle {number} is out of range; "
-                f"number the {len(rows)} obstacles 1 to {len(rows)}"
-            )
-        seen.add(number)
-
-
-@dataclass(frozen=True)
-class Case:
-    """One panel of the paper's Figs 13 to 16."""
-
-    name: str
-    table: int
-    start: tuple
-    goal: tuple
-    caption: str
-
-
-def load_cases(folder=DATA):
-    """The 16 panels of Figs 13 to 16: name to `Case`, positions in m.
-
-    Raises
-    ------
-    InvalidWorld
-        For a missing file or column, a value that is no number, or a case
-        that is there twice.
-
-    Examples
-    --------
-    >>> load_cases()["16b"].start
-    (0.4, 0.0)
-    """
-    rows = read_csv(
-        f"{folder}/cases.csv",
-        {"case": str, "table": int, "caption": str}
-        | dict.fromkeys(("start_x_mm", "start_y_mm", "goal_x_mm", "goal_y_mm"), float),
-    )
-    cases = {}
-    for row in rows:
-        if row["case"] in cases:
-            raise InvalidWorld(
-                f"cases.csv, row {row['row']}: case {row['case']!r} is there twice; keep one"
-            )
-        cases[row["case"]] = Case(
-            row["case"],
-            row["table"],
-            (row["start_x_mm"] / 1000, row["start_y_mm"] / 1000),
-            (row["goal_x_mm"] / 1000, row["goal_y_mm"] / 1000),
-            row["caption"],
-        )
-    return cases
+    """`world`, or `InvalidQuery` for what is not a `World`."""
+    return checks.instance("world", world, World, "a World", InvalidQuery)

@@ -16,8 +16,8 @@ import pytest
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
-from freeseg import comparison
-from freeseg.assignments import check, variant_seed, without
+from freeseg.studies import courses, tracking
+from freeseg.teaching import check, variant_seed, without
 
 FOLDER = NOTEBOOKS / "assignments"
 PS1 = "ps1_kinematics_and_segments"
@@ -616,7 +616,7 @@ def test_every_test_says_what_is_wrong(name):
     for cell in nbgrader_cells(read(name)).values():
         if cell.metadata.nbgrader.grade and cell.cell_type == "code":
             assert cell.metadata.nbgrader.locked
-            assert cell.source.startswith("from freeseg.assignments import check\n")
+            assert cell.source.startswith("from freeseg.teaching import check\n")
             for node in ast.walk(ast.parse(cell.source)):
                 if isinstance(node, ast.Assert):
                     assert node.msg is not None, ast.unparse(node)
@@ -643,12 +643,12 @@ def test_model_answers_say_what_is_measured():
 
 def test_prose_names_the_constants_it_means():
     task = read("ps4_beat_the_baseline").cells[3].source
-    assert comparison.OBSTACLES == 8
+    assert courses.OBSTACLES == 8
     assert "eight obstacles" in task
-    assert f"margin of {1000 * comparison.MARGIN:.0f} mm" in task
-    distance, angle = comparison.START
+    assert f"margin of {1000 * courses.WIDE_MARGIN:.0f} mm" in task
+    distance, angle = courses.OFFSET
     assert f"up to {1000 * distance:.0f} mm and {np.degrees(angle):.0f}° off" in task
-    assert f"take {1000 * comparison.DISTURBANCE.delay:.0f} ms to arrive" in task
+    assert f"take {1000 * tracking.DISTURBANCE.delay:.0f} ms to arrive" in task
     answer, gains = read("ps3_sliding_mode").cells[25].source, fs.SlidingMode()
     assert "the defaults' 4 1/s for the way and for the angle" in answer
     assert gains.k1 / gains.phi1 == gains.k2 / gains.phi2 == 4

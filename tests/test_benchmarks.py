@@ -10,6 +10,7 @@ from nbformat.v4 import new_code_cell, new_notebook
 
 import freeseg as fs
 from freeseg.path import Arc
+from freeseg.studies import courses
 
 FOLDER = Path(__file__).parent / "benchmarks"
 
@@ -116,10 +117,10 @@ def test_tune_trackers(tmp_path, monkeypatch, capsys):
 
 def test_a_search_of_the_benchmark(monkeypatch):
     script = load("tune_trackers")
-    course = script.comparison.paper_courses()[1:]
-    monkeypatch.setattr(script.comparison, "random_courses", lambda *_: course)
-    monkeypatch.setattr(script.comparison, "held_out_courses", lambda *_: course)
-    row, _ = script.search("PurePursuit", 0, script.comparison.POPULATION)
+    course = courses.paper_courses()[1:]
+    monkeypatch.setattr(script.tuning, "random_courses", lambda *_: course)
+    monkeypatch.setattr(script.tracking, "held_out_courses", lambda *_: course)
+    row, _ = script.search("PurePursuit", 0, script.tuning.POPULATION)
     assert row["tracker"] == "PurePursuit"
     assert 0 < row["score"] < 0.01
     assert 0 < row["held_out"] < 0.01

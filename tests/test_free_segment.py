@@ -11,7 +11,7 @@ from worlds import transformed
 
 import freeseg as fs
 from freeseg.path import Line, taut_path
-from freeseg.planners.query import turning_radius
+from freeseg.plan import turning_radius
 from freeseg.planners.tangent_graph import TangentGraph
 from freeseg.segments import MARGIN
 

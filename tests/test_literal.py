@@ -2,7 +2,7 @@ import pytest
 import shapely
 
 import freeseg as fs
-from freeseg.planners.query import turning_radius
+from freeseg.plan import turning_radius
 from freeseg.segments import MARGIN
 
 CASES = sorted(fs.load_cases())

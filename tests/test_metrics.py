@@ -13,7 +13,9 @@ def make_run(x_e, y_e=0.0, alpha_e=0.0, wheels=0.0):
     x_e = np.asarray(x_e, float)
     error = np.stack(np.broadcast_arrays(x_e, y_e, alpha_e))
     wheels = np.broadcast_to(wheels, (2, *x_e.shape))
-    return Run(T, np.zeros_like(error), np.zeros((3, len(T))), error, wheels, fs.KheperaIV())
+    pose = np.zeros_like(error)
+    wanted = np.zeros((3, len(T)))
+    return Run(T, pose, wheels, fs.KheperaIV(), pose, wheels, wanted, error)
 
 
 def test_planning_of_case_16b(tables):
@@ -121,7 +123,8 @@ def test_clearance_by_hand():
     pose = np.zeros((3, 2, 4))
     pose[0] = [0, 1, 2, 3]
     pose[1, 1] = -1
-    run = Run(T, pose, np.zeros((3, 4)), np.zeros((3, 2, 4)), np.zeros((2, 2, 4)), fs.KheperaIV())
+    wheels, error = np.zeros((2, 2, 4)), np.zeros((3, 2, 4))
+    run = Run(T, pose, wheels, fs.KheperaIV(), pose, wheels, np.zeros((3, 4)), error)
     world = fs.World([fs.Disc((2, 1), 0.25), fs.Disc((9, 9), 1)])
     assert_allclose(fs.metrics.tracking(run, world)["clearance_m"], [0.75, 1.75])
     assert_array_equal(fs.metrics.tracking(run, fs.World([]))["clearance_m"], [np.inf, np.inf])

@@ -261,7 +261,7 @@ def test_a_path_is_read_as_it_was_saved(tmp_path):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(fs.InvalidParameter, match=r"nothing\.json is not a path"):
+    with pytest.raises(fs.InvalidData, match=r"nothing\.json is not a path"):
         fs.Path.load(tmp_path / "nothing.json")
 
 
@@ -285,7 +285,7 @@ def test_missing_file(tmp_path):
 def test_broken_file(tmp_path, text):
     file = tmp_path / "path.json"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(fs.InvalidParameter, match=r"path\.json is not a path"):
+    with pytest.raises(fs.InvalidData, match=r"path\.json is not a path"):
         fs.Path.load(file)
 
 
@@ -309,7 +309,7 @@ def test_file_with_a_broken_piece(tmp_path, piece, field, value):
     content = json.loads(file.read_text(encoding="utf-8"))
     content["pieces"][piece][field] = value
     file.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(fs.InvalidParameter, match=r"path\.json is not a path"):
+    with pytest.raises(fs.InvalidData, match=r"path\.json is not a path"):
         fs.Path.load(file)
 
 

@@ -280,7 +280,7 @@ def test_plot_wheels_in_mm_per_second(run, ax):
 
 def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run, robot, ax):
     animation = fs.plotting.animate(world, plan, run, ax, frames=3)
-    html = fs.plotting.as_gif(animation, dpi=30).data
+    html = fs.display.as_gif(animation, dpi=30).data
     assert plt.get_fignums() == []
     data = re.fullmatch(r'<img alt="[^"]+" src="data:image/gif;base64,([^"]+)">', html)[1]
     picture = Image.open(BytesIO(base64.b64decode(data)))
@@ -292,7 +292,7 @@ def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run,
 
 
 def test_show_table_is_markdown():
-    table = fs.plotting.show_table(["case", "length (mm)"], [["13a", 805.2], ["13b", None]])
+    table = fs.display.show_table(["case", "length (mm)"], [["13a", 805.2], ["13b", None]])
     assert table.data.splitlines() == [
         "| case | length (mm) |",
         "| --- | --- |",

@@ -6,17 +6,17 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
-from worlds import crowded_question
+from worlds import crowded_question, rooms_first
 
 import freeseg as fs
 from freeseg.triangulation import triangulate
 
 
-def ask(seed, **more):
+def ask(seed, planner=rooms_first):
     """What a crowded question leads to: the world and a plan, or the error."""
     world, start, goal, margin = crowded_question(seed)
     try:
-        return world, fs.plan(world, start, goal, margin=margin, neighbours="delaunay", **more)
+        return world, planner(world, start, goal, margin=margin)
     except (fs.NoPath, fs.Trapped) as error:
         return world, error
 
@@ -52,7 +52,7 @@ def test_there_is_a_plan_just_where_there_is_a_shortest_path():
 def test_the_search_alone_finds_a_path_or_is_trapped():
     trapped = led = 0
     for seed in range(850, 1000):
-        world, plan = ask(seed, complete=False)
+        world, plan = ask(seed, fs.plan_rooms)
         if isinstance(plan, Exception):
             # It proves nothing, so it never says that there is no path.
             assert isinstance(plan, fs.Trapped)
@@ -78,9 +78,9 @@ def test_the_search_alone_finds_a_path_or_is_trapped():
 
 
 def test_turns_are_at_the_ends_of_the_segments_that_the_path_passes():
-    turned = 0
+    turned = outside = 0
     for seed in range(1000, 1080):
-        world, plan = ask(seed, complete=False)
+        world, plan = ask(seed, fs.plan_rooms)
         if isinstance(plan, Exception):
             continue
         for turn in plan.turning_points:
@@ -93,6 +93,10 @@ def test_turns_are_at_the_ends_of_the_segments_that_the_path_passes():
                 # Added where the path was in danger: at a corner.
                 assert (turn.center == corners).all(1).any()
                 continue
+            if turn.endpoint.segment is None:
+                # Towards the open space outside, which no segment of the plan leads through.
+                outside += 1
+                continue
             segment = plan.segments[turn.endpoint.segment]
             end = segment.obstacles.index(turn.obstacle)
             assert segment.ends[end] == pytest.approx(turn.endpoint.point)
@@ -104,6 +108,7 @@ def test_turns_are_at_the_ends_of_the_segments_that_the_path_passes():
             assert to_corner.min() < 0.1
             turned += 1
     assert turned > 40
+    assert outside > 5
 
 
 def test_a_second_question_of_a_world_is_answered_like_the_first_of_a_new_one():
@@ -111,16 +116,16 @@ def test_a_second_question_of_a_world_is_answered_like_the_first_of_a_new_one():
     others = [crowded_question(seed) for seed in (11, 12)]
     plans = []
     for _ in range(2):
-        plans.append(fs.plan(world, start, goal, margin=margin, neighbours="delaunay"))
+        plans.append(rooms_first(world, start, goal, margin=margin))
         # Other worlds, and other robots and places in this one, come in between.
-        fs.plan(world, goal, start, fs.KheperaIV(diameter=0.05), 0.01, "delaunay")
+        rooms_first(world, goal, start, fs.KheperaIV(diameter=0.05), 0.01)
         for other in others:
             try:
-                fs.plan(*other[:3], margin=other[3], neighbours="delaunay")
+                rooms_first(*other[:3], margin=other[3])
             except fs.NoPath:
                 continue
     fresh = fs.World(world.obstacles)
-    plans.append(fs.plan(fresh, start, goal, margin=margin, neighbours="delaunay"))
+    plans.append(rooms_first(fresh, start, goal, margin=margin))
     for plan in plans[1:]:
         assert plan.path == plans[0].path
         assert [step.kind for step in plan.steps] == [step.kind for step in plans[0].steps]
@@ -133,13 +138,13 @@ def test_a_world_where_the_way_comes_back_to_an_obstacle():
         (1.1031225751961689, 0.2986672153930692),
         (-0.0850045706372765, 0.5335192247572271),
     )
-    plan = fs.plan(world, start, goal, neighbours="delaunay")
+    plan = rooms_first(world, start, goal)
     assert plan.path.length < 1.2 * fs.shortest_path(world, start, goal).path.length
 
 
 def test_in_one_room_no_segment_is_passed():
     world = fs.World([fs.Disc((0, 0), 0.1), fs.Disc((3, 0), 0.1), fs.Disc((1.5, 3), 0.1)])
-    plan = fs.plan(world, (1.3, 0.8), (1.7, 1.2), neighbours="delaunay", complete=False)
+    plan = fs.plan_rooms(world, (1.3, 0.8), (1.7, 1.2))
     assert plan.segments == ()
     assert plan.turning_points == ()
     assert plan.path.length == pytest.approx(np.hypot(0.4, 0.4))
@@ -148,8 +153,8 @@ def test_in_one_room_no_segment_is_passed():
 def test_from_outside_the_triangulation_the_exact_planner_decides():
     world, start, goal = fs.World([fs.Disc((0, 0), 0.1)]), (-100, 0.1), (100, 0.1)
     with pytest.raises(fs.Trapped, match="no safe segments"):
-        fs.plan(world, start, goal, neighbours="delaunay", complete=False)
-    plan = fs.plan(world, start, goal, neighbours="delaunay")
+        fs.plan_rooms(world, start, goal)
+    plan = rooms_first(world, start, goal)
     assert plan.path.length == fs.shortest_path(world, start, goal).path.length
     assert plan.steps[-1].path is plan.path
     assert [step.kind for step in plan.steps] == ["straight", "shortest"]
@@ -157,7 +162,7 @@ def test_from_outside_the_triangulation_the_exact_planner_decides():
 
 def test_a_free_straight_way_needs_no_search():
     world, start, goal = fs.World([fs.Disc((0, 0), 0.1)]), (-100, 1), (100, 1)
-    plan = fs.plan(world, start, goal, neighbours="delaunay", complete=False)
+    plan = fs.plan_rooms(world, start, goal)
     assert plan.path.length == 200
     assert [step.kind for step in plan.steps] == ["straight"]
     assert plan.segments == plan.turning_points == ()
@@ -169,7 +174,7 @@ def test_worlds_of_hardly_any_obstacle(robot, count):
     world = fs.World(obstacles[:count])
     assert len(fs.free_segments(world, neighbours="delaunay")) == count // 2
     for start, goal in [((-1, 0.01), (2, 0.02)), ((0.6, -2), (0.6, 2)), ((-500, 3), (700, 0))]:
-        plan = fs.plan(world, start, goal, neighbours="delaunay")
+        plan = rooms_first(world, start, goal)
         best = fs.shortest_path(world, start, goal)
         assert best.path.length * (1 - 1e-9) <= plan.path.length < 1.1 * best.path.length
         assert plan.path.clearance(world) >= robot.radius - 1e-9
@@ -178,9 +183,7 @@ def test_worlds_of_hardly_any_obstacle(robot, count):
 @pytest.mark.parametrize("neighbours", ["voronoi", None, 3, ["chain"], {}])
 def test_unknown_neighbours(neighbours):
     world = fs.World([fs.Disc((0, 0), 0.2)])
-    with pytest.raises(fs.InvalidParameter, match="give 'chain' or 'delaunay'"):
-        fs.plan(world, (-1, 0), (1, 0), neighbours=neighbours)
-    with pytest.raises(fs.InvalidParameter, match="give 'chain' or 'delaunay'"):
+    with pytest.raises(fs.InvalidParameter, match=r"choose one of \['chain', 'delaunay'\]"):
         fs.free_segments(world, neighbours=neighbours)
 
 
@@ -275,8 +278,8 @@ def test_grids_are_planned_like_the_shortest_path(places, start, goal, radius):
         best = fs.shortest_path(world, *ends, robot, margin)
     except fs.NoPath:
         with pytest.raises(fs.NoPath):
-            fs.plan(world, *ends, robot, margin, "delaunay")
+            rooms_first(world, *ends, robot, margin)
         return
-    plan = fs.plan(world, *ends, robot, margin, "delaunay")
+    plan = rooms_first(world, *ends, robot, margin)
     assert best.path.length * 0.98 <= plan.path.length < 2 * best.path.length
     assert plan.path.clearance(world) >= robot.radius - 1e-9

@@ -4,11 +4,11 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import crowded_question, transformed
+from worlds import crowded_question, rooms_first, transformed
 
 import freeseg as fs
 from freeseg.planners.query import ask
-from freeseg.planners.shortest import ShortestWay
+from freeseg.planners.shortest import ShortestRoute
 from freeseg.segments import MARGIN
 
 #: A square round the origin.
@@ -53,7 +53,7 @@ def optimum_round_all(world, start, goal, robot):
     """Length of the shortest way round all obstacles at once; infinite where there is none."""
     query = ask(world, start, goal, robot, MARGIN)
     try:
-        return query.connect(ShortestWay(query).go_round(range(len(world))))[0].length
+        return query.connect(ShortestRoute(query).go_round(range(len(world))))[0].length
     except fs.NoPath:
         return np.inf
 
@@ -213,8 +213,8 @@ def test_optimum_does_not_depend_on_the_frame_nor_on_the_scale(robot, motion):
     "planner",
     [
         fs.plan,
-        lambda *ask, **more: fs.plan(*ask, **more, neighbours="delaunay"),
-        lambda *ask, **more: fs.plan(*ask, **more, neighbours="delaunay", complete=False),
+        rooms_first,
+        fs.plan_rooms,
         fs.shortest_path,
         fs.literal_plan,
         lambda *ask, **more: fs.literal_plan(*ask, **more, concentric=True),
@@ -257,26 +257,26 @@ def spiral(turns):
     return fs.World([fs.Polygon(wall.exterior.coords)])
 
 
-@pytest.mark.parametrize("neighbours", [None, "chain", "delaunay"])
-def test_the_path_winds_through_a_comb(robot, neighbours):
+@pytest.mark.parametrize("planner", [None, fs.plan, rooms_first])
+def test_the_path_winds_through_a_comb(robot, planner):
     world, start, goal = comb(5), (-1, 2), (5, 2)
     optimum = check_optimum(world, start, goal, robot)
     # Up from 2 m to over 4 m, down to under 0.5 m and so on, and in the end down to 2 m.
     assert 2 + 4 * 3.5 + 2 < optimum < 2 + 4 * 3.5 + 2 + 6
-    if neighbours:
-        path = fs.plan(world, start, goal, neighbours=neighbours).path
+    if planner:
+        path = planner(world, start, goal).path
         assert optimum * 0.98 < path.length < 1.3 * optimum
         assert sampled_clearance(path, world) >= robot.radius - 1e-9
 
 
-@pytest.mark.parametrize("neighbours", [None, "chain", "delaunay"])
-def test_the_path_unwinds_a_spiral(robot, neighbours):
+@pytest.mark.parametrize("planner", [None, fs.plan, rooms_first])
+def test_the_path_unwinds_a_spiral(robot, planner):
     world, start, goal = spiral(3), (0.5, 0.5), (20, 0.5)
     optimum = check_optimum(world, start, goal, robot)
     # Almost as long as the wall between them, which is 42 m: the lane is 1 m wide.
     assert 28 < optimum < 60
-    if neighbours:
-        path = fs.plan(world, start, goal, neighbours=neighbours).path
+    if planner:
+        path = planner(world, start, goal).path
         assert optimum * 0.98 < path.length < 1.3 * optimum
         assert sampled_clearance(path, world) >= robot.radius - 1e-9
 
@@ -303,8 +303,8 @@ def test_start_just_on_the_boundary(robot, shape, where, scale):
     world = fs.World([obstacle])
     for start in [(-away, 0), (0, away)]:
         assert check_optimum(world, start, (scale, scale / 64), robot, margin) < 2 * scale
-        for neighbours in ("chain", "delaunay"):
-            path = fs.plan(world, start, (scale, 0), robot, margin, neighbours).path
+        for planner in (fs.plan, rooms_first):
+            path = planner(world, start, (scale, 0), robot, margin).path
             assert sampled_clearance(path, world, scale / 1000) >= robot.radius - 1e-9
         with pytest.raises(fs.InvalidQuery, match="from obstacle 1"):
             fs.shortest_path(world, start, (scale, 0), fs.KheperaIV(diameter=2.001 * away), margin)
@@ -371,13 +371,13 @@ def test_obstacles_far_away_change_nothing(robot, tables):
     far = [fs.Disc((1000 * x, 1000 * y), 50) for x, y in [(1, 0), (-1, 1), (0, -1), (3, 3)]]
     near = tables[1].obstacles
     for world in (fs.World([*near, *far]), fs.World([*far, *near])):
-        for neighbours in (None, "chain", "delaunay"):
-            if neighbours is None:
+        for planner in (None, fs.plan, rooms_first):
+            if planner is None:
                 plan = fs.shortest_path(world, (0, 0), (0.75, 0.75))
                 expected = fs.shortest_path(tables[1], (0, 0), (0.75, 0.75))
                 assert plan.path.length == pytest.approx(expected.path.length, rel=1e-9)
             else:
-                plan = fs.plan(world, (0, 0), (0.75, 0.75), neighbours=neighbours)
+                plan = planner(world, (0, 0), (0.75, 0.75))
                 assert plan.path.length < 1.5
                 assert sampled_clearance(plan.path, world) >= robot.radius - 1e-9
 
@@ -389,8 +389,8 @@ def test_a_disc_of_50_m_beside_discs_of_1_mm(robot):
     start, goal = (-50.13 * np.cos(0.3), 50.13 * np.sin(0.3)), (-52, -16)
     optimum = check_optimum(world, start, goal, robot)
     assert optimum > 20
-    for neighbours in ("chain", "delaunay"):
-        path = fs.plan(world, start, goal, neighbours=neighbours).path
+    for planner in (fs.plan, rooms_first):
+        path = planner(world, start, goal).path
         assert path.length < 1.1 * optimum
         assert sampled_clearance(path, world) >= robot.radius - 1e-9
 
@@ -413,8 +413,8 @@ def test_tiny_robots_in_tiny_worlds(size, unit):
     world, move = transformed(fs.World([unit]), size * np.eye(2))
     ask = world, move(start), move(goal), fs.KheperaIV(diameter=size), 0.1 * size
     assert fs.shortest_path(*ask).path.length == pytest.approx(size * optimum, rel=1e-6)
-    for neighbours in ("chain", "delaunay"):
-        path = fs.plan(*ask, neighbours).path
+    for planner in (fs.plan, rooms_first):
+        path = planner(*ask).path
         assert path.length < 1.2 * size * optimum
         assert sampled_clearance(path, world, size / 50) >= size / 2 - 1e-9
 

@@ -5,6 +5,9 @@ import shapely
 
 import freeseg as fs
 
+#: From room to room, and by the exact planner where that fails.
+rooms_first = fs.with_fallback(fs.plan_rooms, fs.shortest_path)
+
 
 def crowded_question(seed, most=60):
     """World, start, goal and margin (m); in about every tenth one there is no path."""

@@ -1,7 +1,9 @@
-"""Planners: one call for all, ``planner(world, start, goal, robot) -> Plan``."""
+"""Planners: each is one function, see `freeseg.plan.Planner`."""
 
+from freeseg.planners.fallback import with_fallback
 from freeseg.planners.free_segment import plan
 from freeseg.planners.literal import literal_plan
+from freeseg.planners.rooms import plan_rooms
 from freeseg.planners.shortest import shortest_path
 
-__all__ = ["literal_plan", "plan", "shortest_path"]
+__all__ = ["literal_plan", "plan", "plan_rooms", "shortest_path", "with_fallback"]

@@ -10,31 +10,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from freeseg.errors import InvalidParameter, Trapped
-from freeseg.geometry import angle_of, arc_segment_distance, arc_sweep, tangents, unit
-from freeseg.path import GRAZING, Line
-from freeseg.planners.query import (
-    ROUND_OFF,
-    Candidate,
-    Plan,
-    Step,
-    TurningPoint,
-    ask,
-    needless_turns,
-    repair_kind,
-)
-from freeseg.planners.rooms import search_rooms
-from freeseg.planners.shortest import ShortestWay, shortest_path
+from freeseg.errors import Trapped
+from freeseg.geometry import angle_of, arc_sweep, tangents, unit
+from freeseg.path import GRAZING, Arc, Line, Path
+from freeseg.plan import Candidate, Plan, Step, StepKind, TurningPoint
+from freeseg.planners.query import ROUND_OFF, ask, needless_turns
+from freeseg.planners.shortest import ShortestRoute
 from freeseg.segments import MARGIN, find_endpoints, free_segments, group_labels
 
 
-def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", complete=True):
+def plan(world, start, goal, robot=None, margin=MARGIN):
     """Plan a path with free segments and turning points (Fig. 3).
 
     Parameters
     ----------
     world : World
-        Obstacles; for ``neighbours="chain"`` in the paper's order.
+        Obstacles, in the paper's order: consecutive ones are neighbours.
     start, goal : array_like, shape (2,)
         Positions p_i and p_g (m).
     robot : KheperaIV, optional
@@ -43,14 +34,6 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
         Security margin delta (m); 5 mm is an assumption. Where the start or
         the goal is closer to an obstacle than R_D, the circles round that
         obstacle shrink to the distance there.
-    neighbours : {"chain", "delaunay"}, optional
-        Which obstacles free segments join: consecutive ones, as published;
-        or neighbours in a triangulation, which suits any world, also a large
-        one.
-    complete : bool, optional
-        Whether `shortest_path` decides where the search through a
-        triangulation fails. By default it does, for who asks for a path
-        wants it wherever there is one; say no to study the search itself.
 
     Returns
     -------
@@ -63,11 +46,11 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
         For a start or goal that is not two finite numbers, is closer than
         R_r to an obstacle, or if both are the same point.
     InvalidParameter
-        For a margin that is not positive, or neighbours that are not known.
+        For a robot that is none, or a margin that is not positive.
     NoPath
         Where it is proved that no path keeps the margin.
     Trapped
-        Where the search fails and is not to be completed; with its trace.
+        Where round-off keeps the search from a path that passes the check.
 
     Notes
     -----
@@ -78,14 +61,11 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     obstacle are danger, where it has no usable endpoint, where an arc and
     not a line is in danger, or where the rules go round in circles, it and
     the obstacles within D_r + delta of each other form a group, and the path
-    starts again with the shortest way round all groups met so far. Groups
-    only grow, and round all obstacles that way is exact, so the search ends:
-    with a path, or with the proof that there is none. `literal_plan` does
-    without all this.
-
-    With a triangulation, the shortest way from room to room through safe
-    segments comes first, see `search_rooms`; what prepares a world for that
-    is remembered, so that further queries of the same world are faster.
+    starts again with the shortest route round all groups met so far. Groups
+    only grow, and round all obstacles that route is exact, so the search
+    ends: with a path, or with the proof that there is none. `literal_plan`
+    does without all this. In a world whose order means nothing, `plan_rooms`
+    finds the neighbours itself.
 
     Examples
     --------
@@ -95,29 +75,12 @@ def plan(world, start, goal, robot=None, margin=MARGIN, neighbours="chain", comp
     [(1, -1), (2, 1)]
     """
     query = ask(world, start, goal, robot, margin)
-    searches = {"chain": _search_chain, "delaunay": search_rooms}
-    if neighbours not in list(searches):  # not in the dict, for it may have no hash
-        raise InvalidParameter(f"neighbours is {neighbours!r}; give 'chain' or 'delaunay'")
-    steps = [Step("straight", query.connect([])[0])]
-    try:
-        turns, segments = searches[neighbours](query, steps)
-        path = steps[-1].path
-        query.verify(path, steps)
-    except Trapped:
-        if not complete:
-            raise
-        best = shortest_path(world, start, goal, robot, margin)
-        path, turns, segments = best.path, best.turning_points, ()
-        steps += best.steps[1:]  # the straight line is there already
-    return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
-
-
-def _search_chain(query, steps):
-    """Turns of the paper's search, and all free segments; `steps` grows."""
-    search = _Search(query, steps)
+    search = _Search(query)
     while (danger := query.danger(search.path)) is not None:
         search.solve(*danger)
-    return search.turns, search.segments
+    query.verify(search.path, search.steps)
+    turns, steps = tuple(search.turns), tuple(search.steps)
+    return Plan(search.path, search.segments, turns, steps, query.robot, query.margin)
 
 
 @lru_cache(maxsize=16)
@@ -140,35 +103,36 @@ def _prepare(world, robot, margin):
 class _Search:
     """State of one planning run; its methods are the boxes of Fig. 3."""
 
-    def __init__(self, query, steps):
+    def __init__(self, query):
         self.query, self.world, self.robot = query, query.world, query.robot
         self.segments, self.endpoints, self.dead_ends = _prepare(
             query.world, query.robot, query.margin
         )
-        self.turns, self.group, self.seen, self.steps = [], set(), {()}, steps
-        self.way = ShortestWay(query)
+        self.turns, self.group, self.seen, self.steps = [], set(), {()}, []
+        self.detour = ShortestRoute(query)
         self.path, self.passed = query.connect([])
+        self.record(StepKind.STRAIGHT)
 
     def record(self, kind, **details):
         """Append a step to the trace."""
         self.steps.append(Step(kind, self.path, **details))
 
-    def solve(self, number, blocking, distance):
+    def solve(self, piece, blocking, distance):
         """Solve a danger problem: one more turning point, or a local minimum."""
-        leg_number = self.passed[number]
+        place = self.passed[piece]
         first = not self.turns
         leg, candidates = None, ()
-        if isinstance(self.path.pieces[number], Line) and blocking not in self.dead_ends:
+        if isinstance(self.path.pieces[piece], Line) and blocking not in self.dead_ends:
             # Section 3.2.2 searches all endpoints; a repair (3.3.1) those of the blocking obstacle.
             leg, candidates = self.rank(
-                [end for end in self.endpoints if first or end.obstacle == blocking], leg_number
+                [end for end in self.endpoints if first or end.obstacle == blocking], place
             )
         chosen = next((candidate for candidate in candidates if not candidate.rejected), None)
         if chosen is not None:
             turns = self.turns.copy()
-            turns.insert(leg_number, self.turn(chosen.endpoint, chosen.sense))
+            turns.insert(place, self.turn(chosen.endpoint, chosen.sense))
             if self.adopt(turns):
-                kind = "turning point" if first else repair_kind(distance)
+                kind = StepKind.TURNING_POINT if first else StepKind.of_danger(distance)
                 self.record(kind, blocking=blocking, leg=leg, candidates=candidates)
                 if not self.drop_needless_turns():
                     self.go_round_group(blocking)
@@ -195,21 +159,19 @@ class _Search:
     def drop_needless_turns(self):
         """Drop turns that a later one made needless; False if that fails."""
         while needless := [
-            number
-            for number in needless_turns(self.path, self.passed)
-            if self.turns[number].endpoint
+            index for index in needless_turns(self.path, self.passed) if self.turns[index].endpoint
         ]:
-            turns = [turn for number, turn in enumerate(self.turns) if number != needless[0]]
+            turns = [turn for index, turn in enumerate(self.turns) if index != needless[0]]
             dropped = self.turns[needless[0]].obstacle
             if not self.adopt(turns):
                 return False
-            self.record("needless turn", blocking=dropped)
+            self.record(StepKind.NEEDLESS_TURN, blocking=dropped)
         return True
 
-    def rank(self, endpoints, leg_number):
-        """Candidates for a turn on a leg, by increasing detour (5)-(6)."""
-        before = self.turns[leg_number - 1] if leg_number else None
-        after = self.turns[leg_number] if leg_number < len(self.turns) else None
+    def rank(self, endpoints, place):
+        """Ends of a leg, and candidates for a turn on it by increasing detour (5)-(6)."""
+        before = self.turns[place - 1] if place else None
+        after = self.turns[place] if place < len(self.turns) else None
         leg = np.array(
             [
                 before.point if before else self.query.start,
@@ -218,27 +180,13 @@ class _Search:
         )
         points = np.array([endpoint.point for endpoint in endpoints]).reshape(-1, 2)
         detours = np.hypot(*(points - leg[0]).T) + np.hypot(*(points - leg[1]).T)
-        verdicts, middle = {}, None
-        order = np.argsort(detours, kind="stable").tolist()
-        for chosen in order:
-            *verdicts[chosen], middle = self.examine(endpoints[chosen], before, after)
-            if middle is not None:
-                break
-        if middle is not None and endpoints[chosen].segment is None:
-            # The end of a safe segment may lie on the same turn: then that is the paper's point.
-            for index in order:
-                twin = endpoints[index]
-                same_circle = np.array_equal(twin.center, endpoints[chosen].center)
-                if twin.segment is not None and same_circle and middle @ twin.outward > 0:
-                    verdicts[index] = verdicts[chosen]
-                    alike = f"the end of segment {twin.segment + 1} turns alike"
-                    verdicts[chosen] = verdicts[chosen][0], alike
-                    break
-        skipped = 0, "a shorter detour was found"
-        return leg, tuple(
-            Candidate(endpoints[index], float(detours[index]), *verdicts.get(index, skipped))
-            for index in order
-        )
+        candidates, middle = [], None
+        for index in np.argsort(detours, kind="stable").tolist():
+            endpoint, sense, rejected = endpoints[index], 0, "a shorter detour was found"
+            if middle is None:
+                sense, rejected, middle = self.examine(endpoint, before, after)
+            candidates.append(Candidate(endpoint, float(detours[index]), sense, rejected))
+        return leg, tuple(candidates if middle is None else _prefer_segment(candidates, middle))
 
     def examine(self, endpoint, before, after):
         """Sense of the turn past an endpoint, what is wrong, and where its middle is.
@@ -246,11 +194,33 @@ class _Search:
         The middle, as a direction from the circle's centre, is None where
         something is wrong.
         """
-        index, center = endpoint.obstacle, endpoint.center
-        if index in self.dead_ends:
+        if endpoint.obstacle in self.dead_ends:
             return 0, "all segments of its obstacle are danger", None
-        radius, senses = self.query.turning_radii[index], np.array([1, -1])
-        signed = senses * radius
+        radius, senses = self.query.turning_radii[endpoint.obstacle], np.array([1, -1])
+        join, leave = self.touch(endpoint.center, senses * radius, before, after)
+        if not np.isfinite([join, leave]).all(-1).all(0).any():
+            return 0, "no tangent leads to its dangerous circle and on", None
+        sweep = arc_sweep(endpoint.center, senses, join, leave)
+        first = angle_of(join - endpoint.center)
+        middle = unit(first + sweep / 2)
+        # A turn past the endpoint has its middle on the endpoint's side of the obstacle.
+        needed = (np.abs(sweep) > GRAZING) & (np.abs(sweep) <= np.pi)
+        past = needed & (middle @ endpoint.outward > 0)
+        if not past.any():
+            return 0, "no turn is needed to pass there", None
+        side = int(np.argmax(past))
+        arc = Path([Arc(endpoint.center, radius, first[side], sweep[side])])
+        _, touched, distances = arc.near(self.world, self.robot.radius - ROUND_OFF)
+        if len(touched):
+            nearest = touched[np.argmin(distances)] + 1
+            return int(senses[side]), f"a turn there touches obstacle {nearest}", None
+        return int(senses[side]), "", middle[side]
+
+    def touch(self, center, signed, before, after):
+        """Where tangents from the turn before join a circle, and leave it for the one after.
+
+        Of shape (2, 2) each: for both senses, the circle's signed radii.
+        """
         come = (before.center, before.sense * before.radius) if before else (self.query.start, 0.0)
         go = (after.center, after.sense * after.radius) if after else (self.query.goal, 0.0)
         # First row: from where the robot comes to the circle; second row: on from there.
@@ -260,26 +230,10 @@ class _Search:
             np.array([center, go[0]])[:, None],
             np.array([signed, [go[1], go[1]]]),
         )
-        if not np.isfinite([join, leave]).all(-1).all(0).any():
-            return 0, "no tangent leads to its dangerous circle and on", None
-        sweep, first = arc_sweep(center, senses, join, leave), angle_of(join - center)
-        middle = unit(first + sweep / 2)
-        # A turn past the endpoint has its middle on the endpoint's side of the obstacle.
-        needed = (np.abs(sweep) > GRAZING) & (np.abs(sweep) <= np.pi)
-        past = needed & (middle @ endpoint.outward > 0)
-        if not past.any():
-            return 0, "no turn is needed to pass there", None
-        side = int(np.argmax(past))
-        clearance = self.world.per_obstacle(
-            arc_segment_distance(center, radius, first[side], sweep[side], self.world.edges)
-        )
-        if clearance.min() < self.robot.radius - ROUND_OFF:
-            touched = int(np.argmin(clearance)) + 1
-            return int(senses[side]), f"a turn there touches obstacle {touched}", None
-        return int(senses[side]), "", middle[side]
+        return join, leave
 
     def go_round_group(self, blocking, leg=None, candidates=()):
-        """Escape a local minimum (section 3.3.2): the shortest way round groups."""
+        """Escape a local minimum (section 3.3.2): the shortest route round groups."""
         label = group_labels(self.world, self.robot.diameter + self.query.margin)
         # Normally the blocking obstacle's group is new; if not, the turns' groups, at last all.
         for met in ({blocking}, {turn.obstacle for turn in self.turns}, set(range(len(label)))):
@@ -291,7 +245,29 @@ class _Search:
                 f"round-off at obstacle {blocking + 1}; please report this world", self.steps
             )
         self.group = grown
-        self.turns = self.way.go_round(grown)
+        self.turns = self.detour.go_round(grown)
         self.path, self.passed = self.query.connect(self.turns)
         details = {"blocking": blocking, "leg": leg, "candidates": candidates}
-        self.record("local minimum", group=tuple(sorted(grown)), **details)
+        self.record(StepKind.LOCAL_MINIMUM, group=tuple(sorted(grown)), **details)
+
+
+def _prefer_segment(candidates, middle):
+    """Candidates with the chosen one named by the end of a safe segment, where there is one.
+
+    An outer endpoint and the end of a safe segment may lie on the same turn, whose
+    middle is given as a direction: then the latter is the paper's point.
+    """
+    chosen = next(index for index, one in enumerate(candidates) if not one.rejected)
+    outer = candidates[chosen]
+    if outer.endpoint.segment is not None:
+        return candidates
+    for index, candidate in enumerate(candidates):
+        end = candidate.endpoint
+        same_circle = np.array_equal(end.center, outer.endpoint.center)
+        if end.segment is not None and same_circle and middle @ end.outward > 0:
+            alike = f"the end of segment {end.segment + 1} turns alike"
+            candidates = candidates.copy()
+            candidates[index] = replace(candidate, sense=outer.sense, rejected="")
+            candidates[chosen] = replace(outer, rejected=alike)
+            break
+    return candidates

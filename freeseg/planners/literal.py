@@ -4,7 +4,8 @@ import numpy as np
 
 from freeseg.errors import Trapped
 from freeseg.geometry import cross
-from freeseg.planners.query import Plan, Step, TurningPoint, ask, repair_kind
+from freeseg.plan import Plan, Step, StepKind, TurningPoint
+from freeseg.planners.query import ask
 from freeseg.segments import MARGIN, find_endpoints, free_segments
 
 
@@ -43,7 +44,7 @@ def literal_plan(
     ]
     turns, steps = [], []
     path, passed = query.connect(turns)
-    steps.append(Step("straight", path))
+    steps.append(Step(StepKind.STRAIGHT, path))
     while (danger := query.danger(path)) is not None:
         number, blocking, distance = danger
         # The first search is over all endpoints, a repair's (3.3.1) over the blocking obstacle's.
@@ -76,7 +77,7 @@ def literal_plan(
                 "plan with fs.plan",
                 steps,
             )
-        kind = "turning point" if len(turns) == 1 else repair_kind(distance)
+        kind = StepKind.TURNING_POINT if len(turns) == 1 else StepKind.of_danger(distance)
         steps.append(Step(kind, path, blocking=blocking, leg=np.array([before, after])))
     query.verify(path, steps)
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)

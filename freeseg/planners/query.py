@@ -1,14 +1,15 @@
-"""What a planner is asked, and what it returns: a checked path and its trace."""
+"""What a planner is asked: a checked query, which checks paths in turn."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
-from freeseg.path import GRAZING, Arc, Path, taut_path
-from freeseg.robot import KheperaIV, as_robot, check_positive
-from freeseg.segments import Endpoint
+from freeseg.path import GRAZING, Arc, taut_path
+from freeseg.plan import turning_radius
+from freeseg.robot import KheperaIV, as_robot
 from freeseg.world import World, as_position, check_world
 
 #: So many samples of a path are checked together.
@@ -19,146 +20,6 @@ SMALLEST = 10e-9
 
 #: Closed forms and geometric predicates agree to this (m).
 ROUND_OFF = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class TurningPoint:
-    """An endpoint that the path turns round, with its dangerous circle.
-
-    Parameters
-    ----------
-    endpoint : Endpoint or None
-        Where the path turns; None where no endpoint was searched: round a
-        group, and on the shortest path.
-    obstacle : int
-        Index of the obstacle that is turned round.
-    center : ndarray, shape (2,)
-        Centre of the dangerous circle (m).
-    radius : float
-        Radius of the dangerous circle (m): the obstacle's own plus R_D.
-    sense : int
-        1 counter-clockwise, -1 clockwise.
-    """
-
-    endpoint: Endpoint | None
-    obstacle: int
-    center: np.ndarray
-    radius: float
-    sense: int
-
-    @property
-    def point(self):
-        """The endpoint (m), or the circle's centre where there is none."""
-        return self.center if self.endpoint is None else self.endpoint.point
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A turning point that a step considered.
-
-    Parameters
-    ----------
-    endpoint : Endpoint
-        The endpoint.
-    detour : float
-        Length SD over the endpoint (m), equations (5) and (6).
-    sense : int
-        Sense of the turn that leads past the endpoint.
-    rejected : str
-        Why it was not chosen; empty for the chosen one.
-    """
-
-    endpoint: Endpoint
-    detour: float
-    sense: int
-    rejected: str
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One step of the planner, enough to draw it.
-
-    Parameters
-    ----------
-    kind : str
-        ``"straight"``, ``"turning point"``, ``"case 1"``, ``"case 2"``,
-        ``"needless turn"`` or ``"local minimum"``; ``"rooms"`` for the way
-        from room to room; ``"shortest"`` for `shortest_path`.
-    path : Path
-        The path as planned after this step; it may still be in danger.
-    blocking : int or None
-        Index of the obstacle that the path before met.
-    leg : ndarray, shape (2, 2) or None
-        The points between which a turning point was searched (m).
-    candidates : tuple of Candidate
-        By increasing detour.
-    group : tuple of int
-        Obstacles gone round together at a local minimum, or met so far on
-        the shortest path.
-    """
-
-    kind: str
-    path: Path
-    blocking: int | None = None
-    leg: np.ndarray | None = None
-    candidates: tuple = ()
-    group: tuple = ()
-
-    @property
-    def chosen(self):
-        """The candidate that this step chose, or None."""
-        return next((candidate for candidate in self.candidates if not candidate.rejected), None)
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """A path that was checked, and how it was found.
-
-    Parameters
-    ----------
-    path : Path
-        From start to goal, nowhere closer than R_r to an obstacle.
-    segments : tuple of FreeSegment
-        Safe and danger ones; of a triangulation, those that the path was
-        led through; none of `shortest_path`, which needs none.
-    turning_points : tuple of TurningPoint
-        In driving order.
-    steps : tuple of Step
-        The trace.
-    robot : KheperaIV
-        Robot planned for.
-    margin : float
-        Security margin delta (m).
-    """
-
-    path: Path
-    segments: tuple
-    turning_points: tuple
-    steps: tuple
-    robot: KheperaIV
-    margin: float
-
-    @property
-    def turning_radius(self):
-        """Radius R_D of the dangerous circle round a point (m)."""
-        return turning_radius(self.robot, self.margin)
-
-
-def turning_radius(robot, margin):
-    """Radius R_D = R_r + delta / 2 of the dangerous circle (m).
-
-    An assumption, the paper gives none: two such circles just fit into the
-    narrowest safe segment.
-    """
-    return robot.radius + margin / 2
-
-
-def repair_kind(distance):
-    """Case of a danger problem (section 3.3.1), given path and obstacle's distance (m).
-
-    Case 1 where the path meets the obstacle, case 2 where only the robot's disc does.
-    """
-    return "case 1" if distance <= 0 else "case 2"
 
 
 def needless_turns(path, passed):
@@ -281,7 +142,7 @@ def ask(world, start, goal, robot, margin):
     InvalidQuery, InvalidParameter
         As for `plan`.
     """
-    robot, margin = as_robot(robot), check_positive("margin", margin)
+    robot, margin = as_robot(robot), checks.positive("margin", margin)
     if robot.radius < SMALLEST:
         raise InvalidParameter(
             f"robot.diameter is {robot.diameter:g} m, which round-off would swallow; lengths are "

@@ -8,19 +8,15 @@ the ends of the segments that it passes.
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from freeseg.errors import Trapped
 from freeseg.geometry import cross, point_segment_distance, ranges
-from freeseg.planners.query import (
-    Step,
-    TurningPoint,
-    needless_turns,
-    repair_kind,
-    turning_radius,
-)
-from freeseg.segments import Endpoint, make_segments
+from freeseg.plan import Plan, Step, StepKind, TurningPoint, turning_radius
+from freeseg.planners.query import ask, needless_turns
+from freeseg.segments import MARGIN, Endpoint, make_segments
 from freeseg.triangulation import triangulate
 
 #: How much longer than the straight line the way may become, as a share of that line: at first,
@@ -29,7 +25,7 @@ EXCESS = (1 / 16, 1 / 2, np.inf)
 
 
 @lru_cache(maxsize=4)
-def _rooms(world, robot, margin):
+def _prepare(world, robot, margin):
     """Graph of the rooms, for all queries of a world.
 
     A node is one end of a safe segment, where the robot passes it close to
@@ -47,13 +43,13 @@ def _rooms(world, robot, margin):
     begins : ndarray of int, shape (2 e + 1,)
         Where in `heads` the links of each node begin.
     """
-    rooms = triangulate(world)
-    ends, radii = rooms.points[rooms.edges], rooms.radii[rooms.edges]
+    mesh = triangulate(world)
+    ends, radii = mesh.points[mesh.edges], mesh.radii[mesh.edges]
     across = ends[:, 1] - ends[:, 0]
     length = np.hypot(*across.T)
     gap = length - radii.sum(1)
     # Edges between parts of one obstacle are walls, also across bays: no way leads out of these.
-    first, second = rooms.obstacle[rooms.edges].T
+    first, second = mesh.obstacle[mesh.edges].T
     safe = (gap >= robot.diameter + margin) & ((first != second) | (first < 0))
     # Beside the obstacle, but not beyond the middle of the gap.
     beside = np.minimum(turning_radius(robot, margin), gap / 2)[:, None] + radii
@@ -62,47 +58,75 @@ def _rooms(world, robot, margin):
         [ends[:, 0] + beside[:, :1] * across, ends[:, 1] - beside[:, 1:] * across], axis=1
     )
     # The three pairs of a triangle's edges, both ways, and both ends of each edge.
-    pairs = rooms.edges_of[:, [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]]].reshape(-1, 2)
+    pairs = mesh.edges_of[:, [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]]].reshape(-1, 2)
     pairs = pairs[safe[pairs].all(1)]
     nodes = 2 * pairs[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
     nodes = nodes.reshape(-1, 2)
     tails, heads = nodes[np.argsort(nodes[:, 0], kind="stable")].T
     begins = np.searchsorted(tails, np.arange(2 * len(places) + 1))
-    return rooms, places, safe, heads, begins
+    return mesh, places, safe, heads, begins
 
 
-def search_rooms(query, steps):
-    """Path through safe segments, from room to room.
+def plan_rooms(world, start, goal, robot=None, margin=MARGIN):
+    """Plan from room to room through safe segments, in any world, also a large one.
 
     Parameters
     ----------
-    query : Query
-        What is asked.
-    steps : list of Step
-        The trace, to which the search appends.
+    world : World
+        Obstacles, in any order.
+    start, goal, robot, margin
+        As for `plan`.
 
     Returns
     -------
-    turns : list of TurningPoint
-        In driving order.
-    segments : tuple of FreeSegment
-        Those that the way leads through.
+    Plan
+        Checked path and trace. Its segments are those that the path was led
+        through, without the open space outside.
 
     Raises
     ------
+    InvalidQuery, InvalidParameter
+        As for `plan`.
     Trapped
         Where no way leads from room to room, or its path could not be freed
-        of danger.
+        of danger; with the trace. That proves nothing: `with_fallback` lets
+        another planner decide.
+
+    Notes
+    -----
+    The shortest route from room to room through safe segments comes first,
+    then the path is pulled taut along it, and dangers that are left are
+    repaired (section 3.3.1). What prepares a world for that is remembered, so
+    that further queries of the same world are faster.
+
+    Examples
+    --------
+    >>> import freeseg as fs
+    >>> plan = plan_rooms(fs.random_world(100, seed=0), (0, 0), (3.3, 3.3))
+    >>> len(plan.segments) > len(plan.turning_points) > 0
+    True
     """
-    if query.danger(steps[-1].path) is None:
-        return [], ()
-    rooms, places, safe, *links = _rooms(query.world, query.robot, query.margin)
-    first, last = rooms.find(query.start), rooms.find(query.goal)
+    query = ask(world, start, goal, robot, margin)
+    path, _ = query.connect([])
+    steps = [Step(StepKind.STRAIGHT, path)]
+    turns, segments = [], ()
+    if query.danger(path) is not None:
+        turns, segments = _lead_through_rooms(query, steps)
+        turns = _solve_dangers(query, turns, steps)
+    path = steps[-1].path
+    query.verify(path, steps)
+    return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
+
+
+def _lead_through_rooms(query, steps):
+    """Turns of the taut path along the shortest route, and the segments that it passes."""
+    mesh, places, safe, *links = _prepare(query.world, query.robot, query.margin)
+    first, last = mesh.find(query.start), mesh.find(query.goal)
     if first is not None and first == last:
-        return _solve_dangers(query, [], steps), ()
+        return [], ()
     edges = None
     if first is not None and last is not None:
-        edges = _find_way(query, places, safe, links, rooms.edges_of[[first, last]])
+        edges = _find_route(query, places, safe, links, mesh.edges_of[[first, last]])
     if edges is None:
         raise Trapped(
             "no safe segments between different obstacles lead from the start to the goal; ask "
@@ -110,26 +134,28 @@ def search_rooms(query, steps):
             steps,
         )
     # The sites to the left and to the right of every segment passed.
-    sites = _orient(rooms, edges, first)
+    sites = _orient(mesh, edges, first)
     required = query.robot.diameter + query.margin
-    segments = make_segments(
-        rooms.obstacle[sites], rooms.points[sites], rooms.radii[sites], required
-    )
-    reach = np.append(query.turning_radii, 0.0)[rooms.obstacle[sites]] * (1, -1)
+    passed = make_segments(mesh.obstacle[sites], mesh.points[sites], mesh.radii[sites], required)
+    # One that ends in the ring outside joins no two obstacles.
+    inner = (mesh.obstacle[sites] >= 0).all(1)
+    names = np.where(inner, np.cumsum(inner) - 1, -1).tolist()
+    signed = np.append(query.turning_radii, 0.0)[mesh.obstacle[sites]] * (1, -1)
     turns = []
-    for number, side in pull_taut(query.start, rooms.points[sites], reach, query.goal):
-        ends, site = segments[number].ends, sites[number, side]
-        across = (ends[1 - side] - ends[side]) / segments[number].length
-        obstacle, center = int(rooms.obstacle[site]), rooms.points[site]
-        endpoint = Endpoint(ends[side], across, obstacle, number, center)
-        radius = float(abs(reach[number, side]))
+    for gap, side in pull_taut(query.start, mesh.points[sites], signed, query.goal):
+        ends, site = passed[gap].ends, sites[gap, side]
+        outward = (ends[1 - side] - ends[side]) / passed[gap].length
+        obstacle, center = int(mesh.obstacle[site]), mesh.points[site]
+        segment = names[gap] if inner[gap] else None
+        endpoint = Endpoint(ends[side], outward, obstacle, segment, center)
+        radius = float(abs(signed[gap, side]))
         turns.append(TurningPoint(endpoint, obstacle, center, radius, 1 - 2 * side))
-    return _solve_dangers(query, turns, steps), segments
+    return turns, tuple(segment for segment, kept in zip(passed, inner, strict=True) if kept)
 
 
 def _solve_dangers(query, turns, steps):
     """Add turns where the path is in danger (section 3.3.1), drop those it does not need."""
-    seen, kind, blocking = set(), "rooms", None
+    seen, kind, blocking = set(), StepKind.ROOMS, None
     while True:
         path, passed = query.connect(turns)
         key = tuple((*turn.center.tolist(), turn.sense) for turn in turns)
@@ -142,85 +168,140 @@ def _solve_dangers(query, turns, steps):
         seen.add(key)
         steps.append(Step(kind, path, blocking=blocking))
         if needless := needless_turns(path, passed):
-            turns = [turn for number, turn in enumerate(turns) if number not in needless]
-            kind, blocking = "needless turn", None
+            turns = [turn for index, turn in enumerate(turns) if index not in needless]
+            kind, blocking = StepKind.NEEDLESS_TURN, None
             continue
         danger = query.danger(path)
         if danger is None:
             return turns
-        number, blocking, distance = danger
+        index, blocking, distance = danger
         # The corner that is deepest in the way, turned round on the side where the path is.
-        piece, corners = path.pieces[number], query.world.corners[blocking]
+        piece, corners = path.pieces[index], query.world.corners[blocking]
         begin, end = np.array(piece.start), np.array(piece.end)
         center = corners[np.argmin(point_segment_distance(corners, np.stack([begin, end])))]
         sense = 1 if cross(end - begin, center - begin) > 0 else -1
         radius = float(query.turning_radii[blocking])
-        kind = repair_kind(distance)
+        kind = StepKind.of_danger(distance)
         turns = turns.copy()
-        turns.insert(passed[number], TurningPoint(None, blocking, center, radius, sense))
+        turns.insert(passed[index], TurningPoint(None, blocking, center, radius, sense))
 
 
-def _find_way(query, places, safe, links, rooms):
-    """Edges passed on the shortest way from room to room, in order, or None.
+def _find_route(query, places, safe, links, rooms):
+    """Edges passed on the shortest route from room to room, in order, or None.
 
     A* (P. Hart, N. Nilsson, B. Raphael, 1968) as Dijkstra's search with every
     length reduced by what the link gains towards the goal.
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
     heads, begins = links
-    points = places.reshape(-1, 2)
-    to_goal = np.hypot(*(points - query.goal).T)
-    from_start = np.hypot(*(points - query.start).T)
-    straight = math.dist(query.start, query.goal)
     # The start is one more node; the goal is reached from the nodes of its room.
     leave, arrive = ((2 * edges[safe[edges], None] + [0, 1]).ravel() for edges in rooms)
-    begin = len(points)
+    points = np.concatenate([places.reshape(-1, 2), query.start[None]])
+    heads, begins = np.concatenate([heads, leave]), np.append(begins, len(heads) + len(leave))
+    to_goal, from_start = (np.hypot(*(points - end).T) for end in (query.goal, query.start))
+    straight = to_goal[-1]
     for excess in EXCESS:
-        # No node outside of this ellipse is on a way that is at most so much longer.
+        # No node outside of this ellipse is on a route that is at most so much longer.
         inside = from_start + to_goal <= (1 + excess) * straight
-        nodes = np.flatnonzero(inside)
-        counts = begins[nodes + 1] - begins[nodes]
-        tail, head = np.repeat(nodes, counts), heads[ranges(begins[nodes], counts)]
-        tail, head = tail[inside[head]], head[inside[head]]
-        first = leave[inside[leave]]
-        gain = np.hypot(*(points[tail] - points[head]).T) + to_goal[head] - to_goal[tail]
-        gain = np.concatenate([gain, from_start[first] + to_goal[first] - straight])
-        rows = np.append(np.bincount(tail, minlength=begin), len(first))
-        graph = csr_array(
-            (
-                # Not zero, which would be no link; by round-off it may be below.
-                np.maximum(gain, 1e-12),
-                np.concatenate([head, first]),
-                np.concatenate([[0], np.cumsum(rows)]),
-            ),
-            shape=(begin + 1, begin + 1),
-        )
-        cost, before = dijkstra(graph, indices=begin, return_predecessors=True)
+        cost, before = _search(points, heads, begins, inside, to_goal)
         shortest = cost[arrive].min(initial=np.inf)
         if np.isfinite(shortest) and shortest <= excess * straight:
             break
     else:
         return None
     edges, node = [], arrive[np.argmin(cost[arrive])]
-    while node != begin:
+    while node != len(points) - 1:
         edges.append(node // 2)
         node = before[node]
     return np.array(edges[::-1])
 
 
-def _orient(rooms, edges, room):
+def _search(points, heads, begins, inside, to_goal):
+    """Reduced length from the last node to every one inside, and the node before each."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    nodes = np.flatnonzero(inside)
+    counts = begins[nodes + 1] - begins[nodes]
+    tail, head = np.repeat(nodes, counts), heads[ranges(begins[nodes], counts)]
+    tail, head = tail[inside[head]], head[inside[head]]
+    gain = np.hypot(*(points[tail] - points[head]).T) + to_goal[head] - to_goal[tail]
+    rows = np.cumsum(np.bincount(tail, minlength=len(points)))
+    # Round-off may leave less than nothing, and Dijkstra's search wants no negative length.
+    links = np.maximum(gain, 0), head, np.append(0, rows)
+    graph = csr_array(links, shape=(len(points), len(points)))
+    return dijkstra(graph, indices=len(points) - 1, return_predecessors=True)
+
+
+def _orient(mesh, edges, room):
     """Sites to the left and right of edges passed one after the other from a room, (k, 2)."""
     sites = []
     for edge in edges:
-        triangle = rooms.triangles[room]
-        place = int(np.flatnonzero(rooms.edges_of[room] == edge)[0])
+        triangle = mesh.triangles[room]
+        place = int(np.flatnonzero(mesh.edges_of[room] == edge)[0])
         # Counter-clockwise round the room, an edge leads from its right to its left site.
         sites.append((triangle[(place + 1) % 3], triangle[place]))
-        pair = rooms.rooms_of[edge]
+        pair = mesh.rooms_of[edge]
         room = pair[0] if pair[1] == room else pair[1]
     return np.array(sites)
+
+
+class _Circle(NamedTuple):
+    """An oriented circle (m), and the gap and side that it bounds; a point has neither."""
+
+    x: float
+    y: float
+    signed_radius: float
+    bounds: tuple[int, int] | None = None
+
+    def is_at(self, other):
+        """Whether both have the same centre."""
+        return (self.x, self.y) == (other.x, other.y)
+
+    def heading_to(self, other):
+        """Direction (rad) of the tangent between both."""
+        apart = math.hypot(other.x - self.x, other.y - self.y)
+        # Out of range where they overlap; then the path will not pass the check.
+        sine = min(max((other.signed_radius - self.signed_radius) / apart, -1), 1)
+        return math.atan2(other.y - self.y, other.x - self.x) - math.asin(sine)
+
+
+def _bend(first, middle, last):
+    """Angle (rad) by which a taut path over three circles turns to the left."""
+    return math.remainder(middle.heading_to(last) - first.heading_to(middle), 2 * math.pi)
+
+
+class _Funnel:
+    """Both sides of the funnel, each from its apex on, and the circles turned round before."""
+
+    def __init__(self, start):
+        self.chains, self.behind = ([start], [start]), []
+
+    def add(self, circle, side):
+        """Take a circle into the left (0) or the right (1) side."""
+        chain, other, sign = self.chains[side], self.chains[1 - side], 1 - 2 * side
+        # A left chain bends to the left; what would bend it back falls away.
+        while (
+            len(chain) > 1
+            and not circle.is_at(chain[-1])
+            and sign * _bend(chain[-2], chain[-1], circle) < 0
+        ):
+            chain.pop()
+        # Nothing new where a segment shares its end with the one before, or one after that does.
+        if circle.is_at(chain[-1]):
+            return
+        if len(chain) == 1:
+            # The side may even pass over to the other: then the apex moves on along that one.
+            while len(other) > 1 and self._passes_over(other, circle, sign):
+                other.pop(0)
+                self.behind.append(other[0])
+            chain[0] = other[0]
+        chain.append(circle)
+
+    @staticmethod
+    def _passes_over(other, circle, sign):
+        """Whether the direction to a circle lies beyond the first leg of the other side."""
+        turned = other[0].heading_to(circle) - other[0].heading_to(other[1])
+        return sign * math.remainder(turned, 2 * math.pi) < 0
 
 
 def pull_taut(start, centers, signed, goal):
@@ -239,58 +320,18 @@ def pull_taut(start, centers, signed, goal):
         Centres of the circles to the left and right of every gap (m), in
         driving order.
     signed : ndarray, shape (k, 2)
-        Their radii (m), negative to the right.
+        Their radii (m), negative to the right; zero where there is nothing
+        to turn round.
 
     Returns
     -------
     list of (int, int)
         Gap and side (0 left, 1 right) of every circle that is turned round.
     """
-    start, goal = np.asarray(start, float).tolist(), np.asarray(goal, float).tolist()
-    circles = [(start, 0.0, None)]
-    for number, (pair, radii) in enumerate(zip(centers.tolist(), signed.tolist(), strict=True)):
-        circles += [(pair[side], radii[side], (number, side)) for side in (0, 1)]
-    circles.append((goal, 0.0, None))
-
-    def heading(a, b):
-        """Direction (rad) of the tangent between two oriented circles."""
-        (x_a, y_a), signed_a, _ = a
-        (x_b, y_b), signed_b, _ = b
-        apart = math.hypot(x_b - x_a, y_b - y_a)
-        # Out of range where they overlap; then the path will not pass the check.
-        sine = min(max((signed_b - signed_a) / apart, -1), 1)
-        return math.atan2(y_b - y_a, x_b - x_a) - math.asin(sine)
-
-    def turn(first, second):
-        return math.remainder(second - first, 2 * math.pi)
-
-    # Both sides of the funnel, from its apex on, and what the path has turned round before.
-    chains, done = ([circles[0]], [circles[0]]), []
-    for circle in circles[1:]:
-        sides = (circle[2][1],) if circle[2] else (0,)
-        for side in sides:
-            chain, other, sign = chains[side], chains[1 - side], 1 - 2 * side
-            # Nothing to turn round on the ring outside.
-            if circle[2] and not circle[1]:
-                continue
-            # To the left a chain bends to the left; what would bend it back falls away.
-            while (
-                len(chain) > 1
-                and circle[0] != chain[-1][0]
-                and sign * turn(heading(chain[-2], chain[-1]), heading(chain[-1], circle)) < 0
-            ):
-                chain.pop()
-            # Nor anew where a segment shares its end, or one after the next does.
-            if circle[0] == chain[-1][0]:
-                continue
-            if len(chain) == 1:
-                # The side may even pass over to the other: then the apex moves on along that one.
-                while (
-                    len(other) > 1
-                    and sign * turn(heading(other[0], other[1]), heading(other[0], circle)) < 0
-                ):
-                    done.append(other[1])
-                    other.pop(0)
-                chain[0] = other[0]
-            chain.append(circle)
-    return [circle[2] for circle in [*done, *chains[0][1:-1]]]
+    funnel = _Funnel(_Circle(*np.asarray(start, float).tolist(), 0.0))
+    for gap, (pair, radii) in enumerate(zip(centers.tolist(), signed.tolist(), strict=True)):
+        for side in (0, 1):
+            if radii[side]:
+                funnel.add(_Circle(*pair[side], radii[side], (gap, side)), side)
+    funnel.add(_Circle(*np.asarray(goal, float).tolist(), 0.0), 0)
+    return [circle.bounds for circle in [*funnel.behind, *funnel.chains[0][1:-1]]]

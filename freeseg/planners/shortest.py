@@ -3,13 +3,14 @@
 import numpy as np
 
 from freeseg.errors import NoPath
-from freeseg.planners.query import ROUND_OFF, Plan, Step, TurningPoint, ask
+from freeseg.plan import Plan, Step, StepKind, TurningPoint
+from freeseg.planners.query import ROUND_OFF, ask
 from freeseg.planners.tangent_graph import TangentGraph
 from freeseg.segments import MARGIN
 
 
-class ShortestWay:
-    """Shortest way round some obstacles, of which there may come more.
+class ShortestRoute:
+    """Shortest route round some obstacles, of which there may come more.
 
     Parameters
     ----------
@@ -22,7 +23,7 @@ class ShortestWay:
         self.members, self.owner = set(), np.empty(0, int)
 
     def go_round(self, obstacles):
-        """Turns of the shortest way round these obstacles and all before.
+        """Turns of the shortest route round these obstacles and all before.
 
         Parameters
         ----------
@@ -51,8 +52,8 @@ class ShortestWay:
             world.edges[world.edges_of(new)],
             query.turning_radii[np.repeat(new, world.edge_counts[new])],
         )
-        way = self.graph.shortest()
-        if way is None:
+        route = self.graph.shortest()
+        if route is None:
             raise NoPath(
                 f"{_name(self.members)} leave no way from {query.start.tolist()} to "
                 f"{query.goal.tolist()} for a robot of {query.robot.diameter:g} m with a margin "
@@ -60,7 +61,7 @@ class ShortestWay:
                 "or margin"
             )
         turns = []
-        for circle, sense in way:
+        for circle, sense in route:
             center, radius = self.graph.centers[circle + 2], self.graph.radii[circle + 2]
             turns.append(TurningPoint(None, int(self.owner[circle]), center, float(radius), sense))
         return turns
@@ -116,14 +117,14 @@ def shortest_path(world, start, goal, robot=None, margin=MARGIN):
     1.1287
     """
     query = ask(world, start, goal, robot, margin)
-    reach = query.turning_radii - world.radii - ROUND_OFF
-    way = ShortestWay(query)
+    keep_clear = query.turning_radii - world.radii - ROUND_OFF
+    route = ShortestRoute(query)
     turns, steps = [], []
     path, _ = query.connect(turns)
-    steps.append(Step("straight", path))
-    while new := set(path.near(world, reach)[1].tolist()) - way.members:
-        turns = way.go_round(new)
+    steps.append(Step(StepKind.STRAIGHT, path))
+    while new := set(path.near(world, keep_clear)[1].tolist()) - route.members:
+        turns = route.go_round(new)
         path, _ = query.connect(turns)
-        steps.append(Step("shortest", path, group=tuple(sorted(way.members))))
+        steps.append(Step(StepKind.SHORTEST, path, group=tuple(sorted(route.members))))
     query.verify(path, steps)
     return Plan(path, (), tuple(turns), tuple(steps), query.robot, query.margin)

@@ -5,6 +5,8 @@ step. What it has to remember lives in that closure, so a second run never
 sees the first.
 """
 
+from importlib import import_module
+
 from freeseg.trackers.feedback_linearisation import FeedbackLinearisation
 from freeseg.trackers.fuzzy import Fuzzy
 from freeseg.trackers.kanayama import Kanayama
@@ -20,9 +22,21 @@ __all__ = [
     "Fuzzy",
     "Kanayama",
     "Lqr",
+    "Mpc",
     "Pid",
     "PurePursuit",
     "SlidingMode",
     "Stanley",
     "SuperTwisting",
 ]
+
+
+def __getattr__(name):
+    """Import `Mpc` when first asked for: CasADi is slow to load."""
+    if name == "Mpc":
+        return import_module("freeseg.trackers.mpc").Mpc
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__():
+    return sorted([*globals(), "Mpc"])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.trackers.common import check_gains, watch
+from freeseg.trackers.feedback import check_gains, watch
 
 #: Peaks of the five triangular sets of an input, and consequents: negative big to positive big.
 NB, NS, ZE, PS, PB = SETS = (-1.0, -0.5, 0.0, 0.5, 1.0)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.trackers.common import check_gains, watch
+from freeseg.trackers.feedback import check_gains, watch
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.robot import check_positive
-from freeseg.trackers.common import check_gains, watch
+from freeseg import checks
+from freeseg.trackers.feedback import check_gains, watch
 
 #: For how many speeds, from zero to the reference's top speed, gains are computed.
 SPEEDS = 101
@@ -63,7 +63,7 @@ class Lqr:
 
     def start(self, reference, robot, dt):
         """The law for one run, see `SlidingMode.start`."""
-        dt = check_positive("dt", dt)
+        dt = checks.positive("dt", dt)
         speeds = np.linspace(0, reference.v.max(), SPEEDS)
         k_x, k_y, k_alpha = self.gains(speeds, dt)
         see = watch(reference, dt)

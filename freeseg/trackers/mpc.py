@@ -1,16 +1,15 @@
 """Model predictive control: a quadratic programme every time step."""
 
-import operator
 import warnings
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
-from freeseg.robot import check_positive
-from freeseg.trackers.common import check_gains
+from freeseg.trackers.feedback import check_gains
 from freeseg.world import Disc, World
 
 #: What qrqp would print.
@@ -113,29 +112,18 @@ class Mpc:
     def __post_init__(self):
         check_gains(self)
         for name in ("horizon", "nearest", "iterations"):
-            given = getattr(self, name)
-            try:
-                number = operator.index(given)
-            except TypeError:
-                number = 0
-            if number < 1 or isinstance(given, bool):
-                raise InvalidParameter(f"{name} is {given!r}; give a whole number from 1 on")
-            object.__setattr__(self, name, number)
+            object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1))
         if self.obstacles is not None:
-            if not isinstance(self.obstacles, World):
-                raise InvalidParameter(f"obstacles is {self.obstacles!r}; give a World of discs")
-            for number, obstacle in enumerate(self.obstacles.obstacles, 1):
+            checks.instance("obstacles", self.obstacles, World, "a World of discs")
+            for number, obstacle in enumerate(self.obstacles, 1):
                 if not isinstance(obstacle, Disc):
                     raise InvalidParameter(
                         f"obstacle {number} is a {type(obstacle).__name__}, and the MPC keeps out "
                         "of discs only; give a disc round it"
                     )
-        for name, choices in (("solver", SOLVERS), ("on_failure", ON_FAILURE)):
-            given = getattr(self, name)
-            if given is None and name == "solver":
-                continue
-            if not isinstance(given, str) or given not in choices:
-                raise InvalidParameter(f"{name} is {given!r}; choose one of {sorted(choices)}")
+        if self.solver is not None:
+            checks.choice("solver", self.solver, SOLVERS)
+        checks.choice("on_failure", self.on_failure, ON_FAILURE)
 
     def start(self, reference, robot, dt):
         """The law for one run.
@@ -164,7 +152,7 @@ class Mpc:
         SolverFailed
             From the law, where the solver gives up and it is not to brake.
         """
-        dt = check_positive("dt", dt)
+        dt = checks.positive("dt", dt)
         n = self.horizon
         obstacles = self.obstacles.obstacles if self.obstacles else ()
         # Centre and radius of what the robot's centre keeps out of.

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.trackers.common import check_gains, watch
+from freeseg.trackers.feedback import check_gains, watch
 
-#: Below it, the product of a step of an integral and an excess is round-off, not saturation (SI).
-ROUND_OFF = 1e-15
+#: Up to it, the product of a step of an integral and an excess is no saturation (SI).
+NO_EXCESS = 1e-15
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,7 @@ class Pid:
     anti_windup: bool = True
 
     def __post_init__(self):
-        if not isinstance(self.anti_windup, bool):
-            raise InvalidParameter(f"anti_windup is {self.anti_windup!r}; give True or False")
+        object.__setattr__(self, "anti_windup", checks.flag("anti_windup", self.anti_windup))
         check_gains(self)
         if self.approach >= np.pi / 2:
             raise InvalidParameter(f"approach is {self.approach!r} rad; give less than pi / 2")
@@ -134,7 +134,7 @@ class Pid:
                 v_sent, omega_sent = robot.to_body(sent)
                 excess = v - v_sent, v_r * (omega + cut - omega_sent)
                 steps = [
-                    np.where(step * beyond > ROUND_OFF, 0.0, step)
+                    np.where(step * beyond > NO_EXCESS, 0.0, step)
                     for step, beyond in zip(steps, excess, strict=True)
                 ]
             integrals = [total + step for total, step in zip(integrals, steps, strict=True)]

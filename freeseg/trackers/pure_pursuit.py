@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freeseg.reference import tracking_error
-from freeseg.trackers.common import check_gains, watch
+from freeseg.trackers.feedback import check_gains, watch
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.trackers.common import check_gains, watch
+from freeseg.trackers.feedback import check_gains, watch
 
 #: What stands for the switching function in the reaching law (11).
 SWITCHING = {"sat": lambda s: np.clip(s, -1, 1), "sign": np.sign, "tanh": np.tanh}
@@ -52,10 +53,7 @@ class SlidingMode:
     floor: float = 0.25
 
     def __post_init__(self):
-        if not isinstance(self.switching, str) or self.switching not in SWITCHING:
-            raise InvalidParameter(
-                f"switching is {self.switching!r}; choose one of {sorted(SWITCHING)}"
-            )
+        checks.choice("switching", self.switching, SWITCHING)
         check_gains(self)
 
     def start(self, reference, robot, dt):

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.robot import check_positive
-from freeseg.trackers.common import check_gains
+from freeseg import checks
+from freeseg.trackers.feedback import check_gains
 from freeseg.trackers.sliding_mode import sliding_law
 
 
@@ -57,7 +57,7 @@ class SuperTwisting:
 
     def start(self, reference, robot, dt):
         """The law for one run, see `SlidingMode.start`."""
-        dt = check_positive("dt", dt)
+        dt = checks.positive("dt", dt)
         twist1 = _super_twist(self.lambda1, self.w1, dt)
         twist2 = _super_twist(self.lambda2, self.w2, dt)
 

@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 import freeseg as fs
-from freeseg.comparison import DISTURBANCE
+from freeseg.studies.tracking import DISTURBANCE
 
 
 def times_of(action):

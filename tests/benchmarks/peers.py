@@ -142,7 +142,8 @@ def outline(polygon):
 def freeseg_plan(task):
     """freeseg's free-segment planner; what it prepares is in its first query."""
     world = fs.World(task.world.obstacles)
-    return lambda start, goal: fs.plan(world, start, goal, neighbours="delaunay").path
+    planner = fs.with_fallback(fs.plan_rooms, fs.shortest_path)
+    return lambda start, goal: planner(world, start, goal).path
 
 
 def freeseg_shortest(task):

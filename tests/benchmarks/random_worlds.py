@@ -1,6 +1,6 @@
 """Success and length of every rule: ``python tests/benchmarks/random_worlds.py [worlds]``.
 
-Prints the table of `freeseg.studies.compare_rules` over 20 000 random worlds of
+Prints the table of `freeseg.studies.planning.compare_rules` over 20 000 random worlds of
 up to 60 obstacles and stores it in ``data/random_worlds.csv``, which the notebook
 on scale shows. Takes some ten minutes on two cores; with a number of worlds it
 prints only.
@@ -9,7 +9,7 @@ prints only.
 import sys
 
 from freeseg.data import DATA, write_csv
-from freeseg.studies import compare_rules
+from freeseg.studies.planning import compare_rules
 
 FILE = DATA / "random_worlds.csv"
 WORLDS = 20_000

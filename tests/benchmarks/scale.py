@@ -17,6 +17,7 @@ from functools import partial
 import freeseg as fs
 from freeseg.data import DATA, write_csv
 
+ROOMS_FIRST = fs.with_fallback(fs.plan_rooms, fs.shortest_path)
 FILE = DATA / "scale.csv"
 SIZES = {7: 40, 20: 40, 50: 40, 100: 40, 200: 30, 500: 20, 1000: 20, 2000: 15, 5000: 11, 10000: 11}
 
@@ -36,8 +37,8 @@ def measure(n, seed):
     try:
         # New worlds, for what was prepared to draw the queries must not be ready.
         prepared, fresh = fs.World(world.obstacles), fs.World(world.obstacles)
-        _, first = timed(lambda: fs.plan(prepared, *before, neighbours="delaunay"))
-        rooms, query = timed(lambda: fs.plan(prepared, start, goal, neighbours="delaunay"))
+        _, first = timed(lambda: ROOMS_FIRST(prepared, *before))
+        rooms, query = timed(lambda: ROOMS_FIRST(prepared, start, goal))
         best, exact = timed(lambda: fs.shortest_path(fresh, start, goal))
     except fs.NoPath:
         return None
@@ -73,7 +74,7 @@ def peak_memory(n):
     start, goal = fs.random_query(world, 1)
     tracemalloc.start()
     fs.shortest_path(world, start, goal)
-    fs.plan(world, start, goal, neighbours="delaunay")
+    ROOMS_FIRST(world, start, goal)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return peak / 1e6

@@ -12,17 +12,18 @@ import statistics
 import sys
 import time
 
-from freeseg import KheperaIV, comparison
+from freeseg import KheperaIV
 from freeseg.data import DATA, write_csv
+from freeseg.studies import courses, tracking, tuning
 
 FILE = DATA / "tracker_steps.csv"
 
 
 def replay(trackers, course, seed):
     """Times of the steps (s) of each tracker on a course."""
-    offsets, robot, dt = comparison.starts(1, seed), KheperaIV(), comparison.DT
+    offsets, robot, dt = courses.spread_offsets(1, seed), KheperaIV(), courses.DT
     seen = {
-        name: comparison.drive(tracker, course, offsets, seed).measured[:, 0]
+        name: tracking.drive_course(tracker, course, offsets, seed).measured[:, 0]
         for name, tracker in trackers.items()
     }
     laws = {name: one.start(course.reference, robot, dt) for name, one in trackers.items()}
@@ -38,11 +39,11 @@ def replay(trackers, course, seed):
 
 def main(repeats=5, file=FILE):
     """Print the times, and write them to a file if one is given."""
-    tuned = comparison.load_gains()
+    tuned = tuning.load_gains()
     trackers = {name: one.tracker for name, seeds in tuned.items() for one in seeds if one.chosen}
     times = {name: [] for name in trackers}
     for seed in range(repeats):
-        for course in comparison.paper_courses():
+        for course in courses.paper_courses():
             for name, some in replay(trackers, course, seed).items():
                 times[name] += some
     rows = []

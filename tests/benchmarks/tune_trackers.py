@@ -1,7 +1,7 @@
 """Tune the trackers: ``python tests/benchmarks/tune_trackers.py [tracker ...]``.
 
 Searches the gains of every tracker, or of those named, by the protocol of
-`freeseg.comparison`, with two seeds each on two processes, and stores them in
+`freeseg.studies.tuning`, with two seeds each on two processes, and stores them in
 ``data/gains.csv``, which notebook 12 shows; rows of trackers not named stay. Takes
 some ten minutes on two cores; with ``--quick`` it tries one generation for one
 tracker and prints only.
@@ -10,12 +10,12 @@ tracker and prints only.
 import csv
 import sys
 
-from joblib import Parallel, delayed
 from tqdm import tqdm
 
-import freeseg
-from freeseg import comparison
+from freeseg import trackers
 from freeseg.data import DATA, write_csv
+from freeseg.studies import tracking, tuning
+from freeseg.studies.runner import run
 
 FILE = DATA / "gains.csv"
 SEEDS = (0, 1)
@@ -23,19 +23,18 @@ SEEDS = (0, 1)
 
 def search(name, seed, budget):
     """Rows on one search."""
-    gains, score = comparison.tune(name, seed, budget)
-    held_out = comparison.held_out(getattr(freeseg, name)(**gains))["score_m"].mean()
+    gains, score = tuning.tune(name, seed, budget)
+    held_out = tracking.held_out(getattr(trackers, name)(**gains))["score_m"].mean()
     common = {"budget": budget, "seed": seed, "score": score, "held_out": float(held_out)}
     return [{"tracker": name, "gain": gain, "value": gains[gain]} | common for gain in gains]
 
 
-def main(names=(), budget=comparison.BUDGET, file=FILE):
+def main(names=(), budget=tuning.BUDGET, file=FILE):
     """Tune, print, and write the rows to a file if one is given."""
-    names = names or list(comparison.RANGES)
-    jobs = [delayed(search)(name, seed, budget) for name in names for seed in SEEDS]
-    found = {}
-    for rows in tqdm(Parallel(2, return_as="generator_unordered")(jobs), total=len(jobs)):
-        found[rows[0]["tracker"], rows[0]["seed"]] = rows
+    names = names or list(tuning.RANGES)
+    cases = [(name, seed) for name in names for seed in SEEDS]
+    searches = run(lambda case: search(*case, budget), cases, 2)
+    found = dict(zip(cases, tqdm(searches, total=len(cases)), strict=True))
     rows = []
     for name in names:
         best = min(SEEDS, key=lambda seed: found[name, seed][0]["score"])
@@ -51,12 +50,12 @@ def main(names=(), budget=comparison.BUDGET, file=FILE):
         if file.exists():
             with file.open(newline="") as stream:
                 rows += [row for row in csv.DictReader(stream) if row["tracker"] not in names]
-        rows.sort(key=lambda row: list(comparison.RANGES).index(row["tracker"]))
+        rows.sort(key=lambda row: list(tuning.RANGES).index(row["tracker"]))
         write_csv(file, rows)
 
 
 if __name__ == "__main__":
     if "--quick" in sys.argv:
-        main(["PurePursuit"], comparison.POPULATION, None)
+        main(["PurePursuit"], tuning.POPULATION, None)
     else:
         main(sys.argv[1:])

@@ -2,14 +2,14 @@ import numpy as np
 import shapely
 from numpy.testing import assert_array_equal
 
-from freeseg import studies
+from freeseg.studies import planning
 
 
 def test_random_cases_repeat_and_their_ends_are_free(robot):
     sizes = set()
     for seed in range(40):
-        world, start, goal = studies.random_case(seed)
-        again, *ends = studies.random_case(seed)
+        world, start, goal = planning.random_case(seed)
+        again, *ends = planning.random_case(seed)
         assert_array_equal(world.edges, again.edges)
         assert_array_equal([start, goal], ends)
         assert 1 <= len(world) <= 60
@@ -21,9 +21,9 @@ def test_random_cases_repeat_and_their_ends_are_free(robot):
 
 def test_rules_are_compared_with_the_optimum(robot):
     seeds = range(100, 130)
-    rows = {row["rule"]: row for row in studies.compare_rules(seeds)}
-    assert list(rows) == list(studies.RULES)
-    lengths = [studies.try_rules(seed) for seed in seeds]
+    rows = {row["rule"]: row for row in planning.compare_rules(seeds)}
+    assert list(rows) == list(planning.RULES)
+    lengths = [planning.try_rules(seed) for seed in seeds]
     for rule, row in rows.items():
         assert row["worlds"] == 30
         assert row["min_clearance_m"] >= robot.radius - 1e-9
@@ -42,4 +42,4 @@ def test_rules_are_compared_with_the_optimum(robot):
 
 
 def test_cores_do_not_matter():
-    assert studies.compare_rules(range(6), jobs=2) == studies.compare_rules(range(6))
+    assert planning.compare_rules(range(6), jobs=2) == planning.compare_rules(range(6))

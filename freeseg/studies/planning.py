@@ -6,15 +6,16 @@ from functools import partial
 import numpy as np
 
 from freeseg.errors import InvalidWorld, NoPath, Trapped
-from freeseg.generate import random_query, random_world
-from freeseg.planners import literal_plan, plan, shortest_path
+from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path
+from freeseg.random_worlds import random_query, random_world
+from freeseg.studies.runner import run
 
 #: The rules that are compared, from the paper's words to the optimum.
 RULES = {
     "literal": literal_plan,
     "literal, round the obstacle": partial(literal_plan, concentric=True),
-    "completed": partial(plan, complete=False),
-    "rooms": partial(plan, neighbours="delaunay", complete=False),
+    "completed": plan,
+    "rooms": plan_rooms,
     "exact": shortest_path,
 }
 
@@ -92,10 +93,7 @@ def compare_rules(seeds, jobs=1):
         optimum; ``optimal``, the share of these within 0.1 % of it;
         ``min_clearance_m``.
     """
-    # Imported here: few need many cores.
-    from joblib import Parallel, delayed
-
-    results = Parallel(n_jobs=jobs)(delayed(try_rules)(seed) for seed in seeds)
+    results = list(run(try_rules, seeds, jobs))
     optimum = np.array([found["exact"][0] for found in results])
     straight = np.array([found["straight"][0] for found in results])
     solvable, rows = np.isfinite(optimum), []

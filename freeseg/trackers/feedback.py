@@ -2,15 +2,15 @@
 
 from dataclasses import fields
 
+from freeseg import checks
 from freeseg.reference import Sample, tracking_error
-from freeseg.robot import check_positive
 
 
 def check_gains(tracker):
     """Make every float of a tracker one; `InvalidParameter` unless positive and finite."""
     for gain in fields(tracker):
         if gain.type is float:
-            value = check_positive(gain.name, getattr(tracker, gain.name))
+            value = checks.positive(gain.name, getattr(tracker, gain.name))
             object.__setattr__(tracker, gain.name, value)
 
 

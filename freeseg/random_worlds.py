@@ -3,10 +3,11 @@
 import numpy as np
 import shapely
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidWorld
 from freeseg.geometry import unit
-from freeseg.planners.query import turning_radius
-from freeseg.robot import as_robot, check_positive
+from freeseg.plan import turning_radius
+from freeseg.robot import as_robot
 from freeseg.segments import MARGIN
 from freeseg.world import Disc, Polygon, World, check_world
 
@@ -50,8 +51,7 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
     >>> len(random_world(5, seed=1, shapes=("disc", "polygon")))
     5
     """
-    if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 0:
-        raise InvalidParameter(f"n is {n!r}; give a whole number of obstacles from 0 on")
+    n = checks.whole("n", n, remedy="a whole number of obstacles from 0 on")
     try:
         # In this order whatever theirs is: a set's is not the same in every run.
         kinds = sorted(set() if isinstance(shapes, str) else set(shapes))
@@ -62,8 +62,8 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
     # Imported here: it takes long, and only this function needs it.
     from scipy.spatial import KDTree
 
-    side = np.sqrt(n * check_positive("area", area))
-    rng = _generator(seed)
+    side = np.sqrt(n * checks.positive("area", area))
+    rng = np.random.default_rng(checks.whole("seed", seed))
     centers, radii = np.empty((0, 2)), np.empty(0)
     for _ in range(100):
         missing = n - len(radii)
@@ -89,13 +89,6 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
             for center, radius, kind in zip(centers, radii, kinds, strict=True)
         ]
     )
-
-
-def _generator(seed):
-    """Random numbers from a seed, or `InvalidParameter`."""
-    if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
-        raise InvalidParameter(f"seed is {seed!r}; give a whole number from 0 on")
-    return np.random.default_rng(seed)
 
 
 def _star(center, radius, rng):
@@ -135,11 +128,11 @@ def random_query(world, seed, robot=None, margin=MARGIN):
     """
     check_world(world)
     robot = as_robot(robot)
-    rng = _generator(seed)
+    rng = np.random.default_rng(checks.whole("seed", seed))
     low, high = np.zeros(2), np.zeros(2)
     if len(world):
         low, high = world.edges.min((0, 1)), world.edges.max((0, 1))
-    reach = turning_radius(robot, check_positive("margin", margin))
+    reach = turning_radius(robot, checks.positive("margin", margin))
     free = np.empty((0, 2))
     for _ in range(100):
         points = rng.uniform(low - robot.diameter, high + robot.diameter, (16, 2))

@@ -5,11 +5,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
-from freeseg import comparison
-from freeseg.comparison import RANGES, Tuned
-from freeseg.errors import InvalidParameter, InvalidWorld
+from freeseg.errors import InvalidData, InvalidParameter
+from freeseg.studies import courses, statistics, tracking, tuning
+from freeseg.studies.tuning import RANGES, Tuned
 
-TUNED = comparison.load_gains()
+TUNED = tuning.load_gains()
 EVERY = [(name, one) for name, seeds in TUNED.items() for one in seeds]
 
 
@@ -29,79 +29,79 @@ def test_ranges_are_decades_round_the_defaults():
 
 
 def test_courses_repeat_and_differ():
-    training = comparison.random_courses(4, 0)
-    held_out = comparison.held_out_courses()
+    training = courses.random_courses(4, 0)
+    held_out = courses.held_out_courses()
     assert (len(training), len(held_out)) == (4, 14)
     names = [course.name for course in training + held_out]
     assert len(set(names)) == 18
     assert names[-2:] == ["15a", "16b"]
-    comparison.random_courses.cache_clear()
-    again = comparison.random_courses(2, 0)
+    courses.random_courses.cache_clear()
+    again = courses.random_courses(2, 0)
     for one, other in zip(training, again, strict=False):
         assert_array_equal(one.reference.pose, other.reference.pose)
 
 
 def test_a_course_is_free_with_its_margin_and_its_wheels_need_what_it_says(robot):
-    for course in comparison.held_out_courses()[-3:]:
-        run = fs.simulate(fs.SlidingMode(), course.reference, dt=comparison.DT)
+    for course in courses.held_out_courses()[-3:]:
+        run = fs.simulate(fs.SlidingMode(), course.reference, dt=courses.DT)
         numbers = fs.metrics.tracking(run, course.world)
-        assert numbers["clearance_m"] > robot.radius + 0.9 * comparison.MARGIN / 2
+        assert numbers["clearance_m"] > robot.radius + 0.9 * courses.WIDE_MARGIN / 2
         assert numbers["wheel_variation_m_s"] == pytest.approx(course.variation, rel=0.05)
 
 
 def test_starts_fill_the_disc_and_the_angles():
-    ahead, left, turned = comparison.starts(4000, 5)
+    ahead, left, turned = courses.spread_offsets(4000, 5)
     distance = np.hypot(ahead, left)
-    assert distance.max() <= comparison.START[0]
+    assert distance.max() <= courses.OFFSET[0]
     # Uniform over a disc: a quarter lies within half the radius.
-    assert (distance < comparison.START[0] / 2).mean() == pytest.approx(0.25, abs=0.01)
-    assert np.abs(turned).max() <= comparison.START[1]
+    assert (distance < courses.OFFSET[0] / 2).mean() == pytest.approx(0.25, abs=0.01)
+    assert np.abs(turned).max() <= courses.OFFSET[1]
     assert np.abs([ahead.mean(), left.mean()]).max() < 0.0005
-    assert_array_equal(comparison.starts(4000, 5)[0], ahead)
+    assert_array_equal(courses.spread_offsets(4000, 5)[0], ahead)
     # Of four robots, one starts in each quarter.
-    four = np.sort(np.hypot(*comparison.starts(4, 0)[:2]) ** 2)
-    assert_array_equal(np.floor(4 * four / comparison.START[0] ** 2), np.arange(4))
+    four = np.sort(np.hypot(*courses.spread_offsets(4, 0)[:2]) ** 2)
+    assert_array_equal(np.floor(4 * four / courses.OFFSET[0] ** 2), np.arange(4))
 
 
 def test_one_by_one_is_what_a_batch_does(monkeypatch):
-    course, offsets = comparison.paper_courses()[1], comparison.starts(3, 1)
-    batch = comparison.drive(fs.Kanayama(), course, offsets, 7)
-    monkeypatch.setattr(comparison, "SINGLE", ("Kanayama",))
-    stacked = comparison.drive(fs.Kanayama(), course, offsets, 7)
+    course, offsets = courses.paper_courses()[1], courses.spread_offsets(3, 1)
+    batch = tracking.drive_course(fs.Kanayama(), course, offsets, 7)
+    monkeypatch.setattr(tracking, "SINGLE", ("Kanayama",))
+    stacked = tracking.drive_course(fs.Kanayama(), course, offsets, 7)
     for name in ("t", "pose", "reference", "error", "wheels", "measured", "asked"):
         assert_array_equal(getattr(stacked, name), getattr(batch, name))
 
 
 def test_the_score_is_what_it_says(robot):
-    courses, offsets = comparison.paper_courses()[1:], comparison.starts(2, 1)
+    some, offsets = courses.paper_courses()[1:], courses.spread_offsets(2, 1)
     tracker = fs.SlidingMode()
-    numbers = comparison.evaluate(tracker, courses, offsets, 3)
+    numbers = tracking.evaluate(tracker, some, offsets, 3)
     assert all(values.shape == (1, 2) for values in numbers.values())
-    run = comparison.drive(tracker, courses[0], offsets, 3)
+    run = tracking.drive_course(tracker, some[0], offsets, 3)
     changes = np.abs(np.diff(run.wheels, axis=-1, prepend=0)).sum(-1).max(0)
-    needless = (changes - courses[0].variation) / courses[0].reference.duration
+    needless = (changes - some[0].variation) / some[0].reference.duration
     rms = np.sqrt((run.error[:2] ** 2).sum(0).mean(-1))
     assert_allclose(numbers["score_m"][0], rms + 0.02 * needless, rtol=1e-12)
     # The parts before and after make the whole.
-    before = (run.t < min(4, courses[0].reference.duration / 2)).mean()
+    before = (run.t < min(4, some[0].reference.duration / 2)).mean()
     steady = numbers["steady_cross_rms_m"] ** 2 + numbers["steady_along_rms_m"] ** 2
     whole = before * numbers["transient_rms_m"] ** 2 + (1 - before) * steady
     assert_allclose(np.sqrt(whole[0]), rms, rtol=1e-12)
 
 
 def test_a_short_course_has_a_steady_half():
-    course = comparison.paper_courses(0.3)[1]
-    assert course.reference.duration < comparison.STEADY
-    numbers = comparison.evaluate(fs.Kanayama(), [course], comparison.starts(2, 1), 3)
+    course = courses.paper_courses(0.3)[1]
+    assert course.reference.duration < tracking.STEADY
+    numbers = tracking.evaluate(fs.Kanayama(), [course], courses.spread_offsets(2, 1), 3)
     assert all(np.isfinite(values).all() for values in numbers.values())
 
 
 def test_a_collision_costs():
-    course = comparison.paper_courses()[1]
+    course = courses.paper_courses()[1]
     x, y, _ = course.reference.pose[:, -1]
     blocked = course._replace(world=fs.World([fs.Disc((x, y), 0.01)]))
     free, hit = (
-        comparison.evaluate(fs.SlidingMode(), [one], comparison.starts(2, 1), 3)["score_m"]
+        tracking.evaluate(fs.SlidingMode(), [one], courses.spread_offsets(2, 1), 3)["score_m"]
         for one in (course, blocked)
     )
     assert_allclose(hit, free + 1, rtol=1e-12)
@@ -112,29 +112,29 @@ def test_a_solver_that_gives_up_is_the_worst():
         def start(self, reference, robot, dt):
             raise fs.SolverFailed("no command")
 
-    assert comparison.training_score(GivesUp()) == np.inf
+    assert tuning.training_score(GivesUp()) == np.inf
 
 
 def test_a_search_repeats_and_beats_the_default(monkeypatch):
     # One short course, for the search is what is tested here.
-    short, _ = comparison.make_course("short", fs.World([]), (0, 0), (0.2, 0.1))
-    monkeypatch.setattr(comparison, "random_courses", lambda *_: [short])
+    short, _ = courses.make_course("short", fs.World([]), (0, 0), (0.2, 0.1))
+    monkeypatch.setattr(tuning, "random_courses", lambda *_: [short])
     calls = []
-    score = comparison.training_score
+    score = tuning.training_score
 
     def counted(tracker):
         calls.append(tracker)
         return score(tracker)
 
-    monkeypatch.setattr(comparison, "training_score", counted)
-    gains, best = comparison.tune("PurePursuit", 1, 32)
+    monkeypatch.setattr(tuning, "training_score", counted)
+    gains, best = tuning.tune("PurePursuit", 1, 32)
     assert len(calls) == 32
     assert calls[0] == fs.PurePursuit()
     assert best == score(fs.PurePursuit(**gains)) < score(fs.PurePursuit())
     for gain, (low, high) in RANGES["PurePursuit"].items():
         assert all(low <= getattr(call, gain) <= high for call in calls)
-    assert comparison.tune("PurePursuit", 1, 32) == (gains, best)
-    assert comparison.tune("PurePursuit", 2, 32) != (gains, best)
+    assert tuning.tune("PurePursuit", 1, 32) == (gains, best)
+    assert tuning.tune("PurePursuit", 2, 32) != (gains, best)
 
 
 @pytest.mark.parametrize(
@@ -143,12 +143,12 @@ def test_a_search_repeats_and_beats_the_default(monkeypatch):
 )
 def test_a_search_that_makes_no_sense_is_refused(name, seed, budget):
     with pytest.raises(InvalidParameter, match=r"choose one|give a (multiple|whole)"):
-        comparison.tune(name, seed, budget)
+        tuning.tune(name, seed, budget)
 
 
 def test_every_tracker_is_tuned_with_the_same_budget():
     assert list(TUNED) == list(RANGES)
-    assert {one.budget for _, one in EVERY} == {comparison.BUDGET}
+    assert {one.budget for _, one in EVERY} == {tuning.BUDGET}
     for seeds in TUNED.values():
         assert [one.seed for one in seeds] == [0, 1]
         (chosen,) = [one for one in seeds if one.chosen]
@@ -160,7 +160,7 @@ def test_stored_gains_have_the_stored_score(name, tuned):
     assert isinstance(tuned, Tuned)
     for gain, (low, high) in RANGES[name].items():
         assert low <= getattr(tuned.tracker, gain) <= high
-    assert comparison.training_score(tuned.tracker) == pytest.approx(tuned.score, rel=1e-6)
+    assert tuning.training_score(tuned.tracker) == pytest.approx(tuned.score, rel=1e-6)
 
 
 def test_gains_that_no_tracker_has_are_refused(tmp_path):
@@ -168,18 +168,18 @@ def test_gains_that_no_tracker_has_are_refused(tmp_path):
     header = "tracker,gain,value,budget,seed,score,held_out,chosen\n"
     for row in ("Lqr,k9,1,200,0,0.1,0.1,1", "Bicycle,k,1,200,0,0.1,0.1,1"):
         file.write_text(header + row + "\n")
-        with pytest.raises(InvalidParameter, match="has no gain"):
-            comparison.load_gains(file)
+        with pytest.raises(InvalidData, match="has no gain"):
+            tuning.load_gains(file)
     file.write_text(header + "Lqr,q_x,1,200,0,0.1,0.1,1\n")
-    with pytest.raises(InvalidParameter, match="seed 0 lacks"):
-        comparison.load_gains(file)
+    with pytest.raises(InvalidData, match="seed 0 lacks"):
+        tuning.load_gains(file)
     rest = "Lqr,q_y,1,200,0,0.1,0.1,1\nLqr,q_alpha,1,200,0,0.1,0.1,1\n"
     file.write_text(header + "Lqr,q_x,-1,200,0,0.1,0.1,1\n" + rest)
     with pytest.raises(InvalidParameter, match="q_x"):
-        comparison.load_gains(file)
+        tuning.load_gains(file)
     file.write_text(header + "Lqr,q_x,nan,200,0,0.1,0.1,1\n")
-    with pytest.raises(InvalidWorld, match="row 2"):
-        comparison.load_gains(file)
+    with pytest.raises(InvalidData, match="row 2"):
+        tuning.load_gains(file)
 
 
 def test_the_interval_covers_the_mean_about_as_often_as_it_says():
@@ -188,7 +188,7 @@ def test_the_interval_covers_the_mean_about_as_often_as_it_says():
     covered = 0
     for trial in range(200):
         values = rng.normal(0, 1, (14, 1)) + rng.normal(0, 0.5, (1, 8)) + rng.normal(0, 1, (14, 8))
-        low, high = comparison.interval(values, trial)
+        low, high = statistics.interval(values, trial)
         covered += low <= 0 <= high
     # 95 %, give or take three standard deviations of that many trials.
     assert 0.9 < covered / 200 < 0.995
@@ -197,13 +197,13 @@ def test_the_interval_covers_the_mean_about_as_often_as_it_says():
 @pytest.mark.parametrize("values", [1, [1, 2, 3], [[1, 2]], [[1], [2]], [[1, np.nan], [1, 2]]])
 def test_too_few_numbers_are_refused(values):
     with pytest.raises(InvalidParameter, match="two courses"):
-        comparison.interval(values)
+        statistics.interval(values)
 
 
 def test_equal_runs_have_no_interval():
-    assert comparison.interval(np.full((5, 3), 2.0)) == (2, 2)
+    assert statistics.interval(np.full((5, 3), 2.0)) == (2, 2)
 
 
 def test_intervals_that_overlap_are_not_ranked():
     intervals = {"a": (1, 2), "b": (1.5, 3), "c": (2.5, 4), "d": (3, 5)}
-    assert comparison.separated(intervals) == [("a", "c"), ("a", "d")]
+    assert statistics.separated(intervals) == [("a", "c"), ("a", "d")]

@@ -1,48 +1,16 @@
-"""What the problem sets in ``notebooks/assignments/`` share: seeds, checks, whose work it is."""
+"""Tests of a problem set, which say what is wrong and let the notebook go on."""
 
 import io
 import signal
 import sys
 import warnings
-import zlib
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from traceback import walk_tb
 
 import numpy as np
 
-from freeseg.errors import InvalidParameter
-
 #: Longest time of a test for each seed (s).
 LIMIT = 20.0
-
-
-def variant_seed(course, student):
-    """Seed of the worlds that one student of one course works on.
-
-    Parameters
-    ----------
-    course, student : str
-        Their names; capitals and outer blanks do not count.
-
-    Returns
-    -------
-    int
-        The same for the same names, everywhere.
-
-    Raises
-    ------
-    InvalidParameter
-        For a name that is no text, or empty.
-
-    Examples
-    --------
-    >>> variant_seed("robotics", "Ada ") == variant_seed("robotics", "ada")
-    True
-    """
-    for name, value in (("course", course), ("student", student)):
-        if not isinstance(value, str) or not value.strip():
-            raise InvalidParameter(f'{name} is {value!r}; give a name in quotes, such as "ada"')
-    return zlib.crc32("\n".join(name.strip().lower() for name in (course, student)).encode())
 
 
 class TooLong(BaseException):
@@ -128,47 +96,3 @@ def _place(error, test):
     ]
     name, line = frames[-1]
     return "" if name == test.__name__ else f" (in {name}, line {line} of its cell)"
-
-
-class NotOwn(AssertionError):
-    """What should be a student's own calls a part of freeseg that refuses to work."""
-
-
-@contextmanager
-def without(*parts):
-    """Let parts of freeseg refuse to work while a student's own code must.
-
-    Parameters
-    ----------
-    *parts : callable
-        Functions, and classes of trackers, which refuse to start; by
-        whatever name the code under test knows them.
-
-    Raises
-    ------
-    NotOwn
-        In what calls one of them.
-
-    Examples
-    --------
-    >>> import freeseg as fs
-    >>> with without(fs.tracking_error):
-    ...     fs.tracking_error((0, 0, 0), (0, 0, 0))
-    Traceback (most recent call last):
-    freeseg.assignments.NotOwn: do it yourself, without fs.tracking_error
-    """
-    with ExitStack() as stack:
-        for part in parts:
-            function = part.start if isinstance(part, type) else part
-            stack.callback(setattr, function, "__code__", function.__code__)
-            function.__code__ = _refuse.__code__.replace(co_name=part.__name__)
-        yield
-
-
-def _refuse(*_, **__):
-    """Stand for the function whose name this code has; it runs in that one's module."""
-    import sys
-
-    from freeseg.assignments import NotOwn
-
-    raise NotOwn(f"do it yourself, without fs.{sys._getframe().f_code.co_name}")

@@ -1,0 +1,171 @@
+"""Checks of what the package is given: each kind of value is checked here, and only here.
+
+A check returns the value in the form that the package works with, or raises an
+error that names the value and the remedy. NumPy's scalars are numbers; texts and
+bools are not. Zero is a value, unless it makes no sense.
+"""
+
+import math
+import operator
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+
+#: Longer values are cut in messages, so that the remedy is read.
+LONGEST = 200
+
+
+def shown(value):
+    """What a message shows of a value: its `repr`, cut where that is long."""
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def as_float(value):
+    """`value` as a float; NaN for what is not one number."""
+    if isinstance(value, str | bytes | bool | np.bool_) or getattr(value, "ndim", 0):
+        return math.nan
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+def number(name, value, valid=lambda found: True, remedy="a finite number", error=InvalidParameter):
+    """`value` as a float, or the error.
+
+    Parameters
+    ----------
+    name : str
+        What the value is, for the message.
+    value : object
+        What was given.
+    valid : callable, optional
+        Whether a finite float is one that makes sense.
+    remedy : str, optional
+        What to give instead.
+    error : type, optional
+        Error to raise.
+    """
+    found = as_float(value)
+    if not (math.isfinite(found) and valid(found)):
+        raise error(f"{name} is {shown(value)}; give {remedy}")
+    return found
+
+
+def positive(name, value, error=InvalidParameter):
+    """`value` as a float, or the error unless positive and finite."""
+    return number(name, value, lambda found: found > 0, "a positive finite number", error)
+
+
+def not_negative(name, value):
+    """`value` as a float; `InvalidParameter` unless finite, and zero or more."""
+    return number(name, value, lambda found: found >= 0, "a finite number, zero or more")
+
+
+def numbers(name, values, size, error=InvalidParameter):
+    """`values` as a tuple of so many finite floats, or the error."""
+    try:
+        found = tuple(map(as_float, values))
+    except TypeError:
+        found = ()
+    if len(found) != size or not all(map(math.isfinite, found)):
+        raise error(f"{name} is {shown(values)}; give {size} finite numbers")
+    return found
+
+
+def whole(name, value, least=0, remedy=None):
+    """`value` as an int; `InvalidParameter` unless whole and at least `least`."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        found = least - 1
+    if found < least or isinstance(value, bool | np.bool_):
+        remedy = remedy or f"a whole number from {least} on"
+        raise InvalidParameter(f"{name} is {shown(value)}; give {remedy}")
+    return found
+
+
+def flag(name, value):
+    """`value` as a bool; `InvalidParameter` for what is none."""
+    if not isinstance(value, bool | np.bool_):
+        raise InvalidParameter(f"{name} is {shown(value)}; give True or False")
+    return bool(value)
+
+
+def choice(name, value, choices):
+    """`value`; `InvalidParameter` unless it is one of some texts."""
+    if not isinstance(value, str) or value not in choices:
+        raise InvalidParameter(f"{name} is {shown(value)}; choose one of {sorted(choices)}")
+    return value
+
+
+def instance(name, value, kind, remedy, error=InvalidParameter):
+    """`value`, or the error for what is not of a type."""
+    if not isinstance(value, kind):
+        raise error(f"{name} is {shown(value)}; give {remedy}")
+    return value
+
+
+def array(name, values, *shapes, error=InvalidParameter, unit="m"):
+    """`values` as a finite, read-only array of floats, or the error.
+
+    Parameters
+    ----------
+    name : str
+        What the values are, for the message.
+    values : array_like
+        What was given; it is copied.
+    *shapes : tuple of int or None
+        Shapes that will do; None stands for any length from 1 on.
+    error : type, optional
+        Error to raise.
+    unit : str, optional
+        Unit of the numbers, for the message.
+
+    Returns
+    -------
+    ndarray
+    """
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind not in "iufO":
+            raise TypeError
+        found = np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise error(f"{name} is {shown(values)}; give numbers ({unit})") from None
+    if not found.size or not any(_has_shape(found, shape) for shape in shapes):
+        wanted = " or ".join(
+            " x ".join("n" if want is None else str(want) for want in shape) for shape in shapes
+        )
+        raise error(f"{name} has shape {found.shape}; expected {wanted} numbers ({unit})")
+    if not np.isfinite(found).all():
+        raise error(f"{name} is {shown(found.tolist())}; every number must be finite ({unit})")
+    found.setflags(write=False)
+    return found
+
+
+def _has_shape(found, shape):
+    return found.ndim == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, found.shape, strict=True)
+    )
+
+
+def seed(value):
+    """`value` as a seed and the number of the first robot; `InvalidParameter` for anything else.
+
+    Parameters
+    ----------
+    value : int or (int, int)
+        Seed, and optionally the number of the first robot, which is 0 by default.
+    """
+    pair = value if isinstance(value, tuple | list) else (value, 0)
+    try:
+        entropy, first = (whole("seed", entry) for entry in pair)
+    except (InvalidParameter, ValueError):
+        raise InvalidParameter(
+            f"seed is {shown(value)}; give a whole number from 0 on, or a pair of them: "
+            "the seed, and the number of the first robot"
+        ) from None
+    return entropy, first

@@ -1,0 +1,9 @@
+"""Studies: many plans and many runs, and what can be concluded from them.
+
+`planning` compares planners; `courses`, `tracking` and `tuning` compare trackers;
+`statistics` gives intervals, and `runner` uses all cores.
+"""
+
+from freeseg.studies import courses, planning, runner, statistics, tracking, tuning
+
+__all__ = ["courses", "planning", "runner", "statistics", "tracking", "tuning"]

@@ -1,0 +1,158 @@
+"""Courses that trackers are compared on: the same for all of them.
+
+All of them are an assumption, for the paper compares no trackers.
+"""
+
+from functools import cache
+from itertools import count, islice
+from typing import NamedTuple
+
+import numpy as np
+
+from freeseg.errors import NoPath
+from freeseg.paper import load_cases, load_table
+from freeseg.plan import Planner
+from freeseg.planners import plan, plan_rooms, shortest_path, with_fallback
+from freeseg.random_worlds import random_query, random_world
+from freeseg.reference import SMOOTHING, SPEED, Reference, make_reference
+from freeseg.robot import KheperaIV
+from freeseg.world import World
+
+#: Time step of the runs (s).
+DT = 0.05
+
+#: Security margin of the plans (m): more than the paper's, for disturbed robots.
+WIDE_MARGIN = 0.03
+
+#: How far from the reference a robot begins at most: distance (m) and angle (rad).
+OFFSET = 0.01, np.radians(10)
+
+#: Obstacles of a random world, and what makes a plan worth driving: turns and length (m).
+OBSTACLES, TURNS, LENGTH = 8, 2, 0.7
+
+#: How many courses, how many robots on each, and the first seed of their worlds and of the robots.
+TRAINING = {"courses": 4, "robots": 4, "seed": 0}
+HELD_OUT = {"courses": 12, "robots": 8, "seed": 1000}
+
+#: Planner of the random courses.
+ROOMS_FIRST = with_fallback(plan_rooms, shortest_path)
+
+
+class Course(NamedTuple):
+    """A reference among obstacles; ``variation`` is its `needed_variation`."""
+
+    name: str
+    world: World
+    reference: Reference
+    variation: float
+
+
+def make_course(
+    name: str, world: World, start, goal, speed: float = SPEED, planner: Planner = ROOMS_FIRST
+) -> tuple[Course, bool]:
+    """Plan a path and a timed reference along it.
+
+    Parameters
+    ----------
+    name : str
+        What to call it.
+    world : World
+        Obstacles.
+    start, goal : array_like, shape (2,)
+        Positions (m).
+    speed : float, optional
+        Cruising speed (m/s).
+    planner : Planner, optional
+        By default from room to room, and the exact one where that fails.
+
+    Returns
+    -------
+    course : Course
+        With smoothed curvature.
+    worth : bool
+        Whether it has at least `TURNS` turns and the length `LENGTH`.
+    """
+    made = planner(world, start, goal, margin=WIDE_MARGIN)
+    reference = make_reference(made.path, speed=speed, smoothing=SMOOTHING, world=world)
+    worth = len(made.turning_points) >= TURNS and made.path.length >= LENGTH
+    return Course(name, world, reference, needed_variation(reference)), worth
+
+
+def needed_variation(reference: Reference) -> float:
+    """Total variation of the faster-changing wheel (m/s) that a reference needs by itself."""
+    wanted = reference.at(reference.steps(DT) + DT / 2)
+    wheels = KheperaIV().to_wheels(wanted.v, wanted.omega)
+    return float(np.abs(np.diff(wheels, prepend=0.0)).sum(-1).max())
+
+
+@cache
+def random_courses(number: int, seed: int, speed: float = SPEED) -> tuple[Course, ...]:
+    """Courses through random worlds that take some turning.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    seed : int
+        Seed of the first world; those without a path, or with one that is
+        hardly worth driving, are left out.
+    speed : float, optional
+        Cruising speed (m/s).
+
+    Returns
+    -------
+    tuple of Course
+    """
+
+    def tries():
+        for k in count(seed):
+            world = random_world(OBSTACLES, k)
+            ends = random_query(world, k, margin=WIDE_MARGIN)
+            try:
+                course, worth = make_course(f"random {k}", world, *ends, speed)
+            except NoPath:
+                continue
+            if worth:
+                yield course
+
+    return tuple(islice(tries(), number))
+
+
+@cache
+def paper_courses(speed: float = SPEED) -> tuple[Course, ...]:
+    """The paper's cases 15(a) and 16(b), a tuple of Course."""
+    cases = [load_cases()[name] for name in ("15a", "16b")]
+    return tuple(
+        make_course(case.name, load_table(case.table), case.start, case.goal, speed, plan)[0]
+        for case in cases
+    )
+
+
+@cache
+def held_out_courses(speed: float = SPEED) -> tuple[Course, ...]:
+    """Courses that no search sees: random ones and the paper's, a tuple of Course."""
+    return random_courses(HELD_OUT["courses"], HELD_OUT["seed"], speed) + paper_courses(speed)
+
+
+def spread_offsets(robots: int, seed: int) -> np.ndarray:
+    """Offsets of some robots, spread evenly over the disc and the angles of `OFFSET`.
+
+    Parameters
+    ----------
+    robots : int
+        How many.
+    seed : int
+        Equal seeds give equal offsets.
+
+    Returns
+    -------
+    ndarray, shape (3, robots)
+        For `simulate`: a Latin hypercube, so that a few robots do not all
+        start near by.
+    """
+    from scipy.stats import qmc
+
+    radius, direction, turned = qmc.LatinHypercube(3, rng=seed).random(robots).T
+    distance, angle = OFFSET[0] * np.sqrt(radius), 2 * np.pi * direction
+    turned = OFFSET[1] * (2 * turned - 1)
+    return np.stack([distance * np.cos(angle), distance * np.sin(angle), turned])

@@ -1,0 +1,24 @@
+"""The one place that starts processes: many independent cases on all cores."""
+
+
+def run(function, cases, jobs=1):
+    """Results of a function for many cases, as they come.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(case)``; it and its results are sent between processes.
+    cases : iterable
+        What to call it with.
+    jobs : int, optional
+        Processes; -1 for all cores.
+
+    Yields
+    ------
+    object
+        Results, in the order of the cases.
+    """
+    # Imported here: few need many cores.
+    from joblib import Parallel, delayed
+
+    yield from Parallel(jobs, return_as="generator")(delayed(function)(case) for case in cases)

@@ -1,0 +1,71 @@
+"""Intervals of what was measured over courses and robots."""
+
+import numpy as np
+
+from freeseg.errors import InvalidParameter
+
+
+def interval(values, seed=0):
+    """Bootstrap interval of a mean over courses and robots.
+
+    Parameters
+    ----------
+    values : array_like, shape (courses, robots)
+        One number a run.
+    seed : int, optional
+        Of the resampling.
+
+    Returns
+    -------
+    low, high : float
+        Percentile interval at 95 %.
+
+    Raises
+    ------
+    InvalidParameter
+        For values of another shape, or that are no numbers.
+
+    Notes
+    -----
+    The same robots drive on every course, so that neither the runs of a
+    course nor those of a robot are independent: courses and robots are
+    resampled apart, and crossed. A. Owen, "The pigeonhole bootstrap", Annals
+    of Applied Statistics 1, 2007: it rather overestimates the variance.
+    """
+    from scipy.stats import bootstrap
+
+    values = np.asarray(values, float)
+    if values.ndim != 2 or min(values.shape) < 2 or np.isnan(values).any():
+        raise InvalidParameter(
+            f"values has shape {values.shape}; give numbers of two courses and two robots or more"
+        )
+
+    def mean(course, robot, axis):
+        course, robot = course.astype(int), robot.astype(int)
+        return values[course[..., :, None], robot[..., None, :]].mean((-1, -2))
+
+    numbers = [np.arange(length) for length in values.shape]
+    found = bootstrap(numbers, mean, n_resamples=2000, method="percentile", rng=seed)
+    return tuple(map(float, found.confidence_interval))
+
+
+def separated(intervals):
+    """Which of some intervals lie apart.
+
+    Parameters
+    ----------
+    intervals : dict
+        Name to (low, high).
+
+    Returns
+    -------
+    list of (str, str)
+        Pairs of names, the lower interval first; where two overlap, nothing
+        is said of their order.
+    """
+    return [
+        (lower, upper)
+        for lower, (_, high) in intervals.items()
+        for upper, (low, _) in intervals.items()
+        if high < low
+    ]

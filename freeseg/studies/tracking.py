@@ -1,0 +1,117 @@
+"""Trackers on courses: one score, and one set of disturbances, for all of them.
+
+All of the protocol is an assumption, for the paper compares no trackers.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from freeseg import metrics
+from freeseg.disturbance import Disturbance
+from freeseg.reference import SPEED
+from freeseg.simulate import simulate
+from freeseg.studies.courses import DT, HELD_OUT, held_out_courses, spread_offsets
+
+#: What disturbs every robot.
+DISTURBANCE = Disturbance(
+    position_noise=0.001,
+    heading_noise=np.radians(0.5),
+    slip=0.05,
+    slip_fluctuation=0.02,
+    slip_time=0.5,
+    wheel_base_error=0.03,
+    lag=0.03,
+    delay=0.05,
+)
+
+#: From then on, the offset at the start counts as forgotten (s); on a short course, from half of
+#: it on.
+STEADY = 4.0
+
+#: What 1 m/s^2 of needless wheel acceleration and what a collision cost (m).
+ROUGHNESS, COLLISION = 0.02, 1.0
+
+#: Trackers whose laws drive one robot only.
+SINGLE = ("Mpc",)
+
+
+def drive_course(tracker, course, offsets, seed, disturbance=DISTURBANCE):
+    """Robots that follow a course with one tracker, each with its own noise.
+
+    Parameters
+    ----------
+    tracker : object
+        Tracker; one that drives a single robot drives them one by one.
+    course : Course
+        What to follow.
+    offsets : ndarray, shape (3, n)
+        Where they start.
+    seed : int
+        Of their noise and slip.
+    disturbance : Disturbance, optional
+        What disturbs them.
+
+    Returns
+    -------
+    Run
+        A batch of n.
+    """
+
+    def run(offset, seed):
+        return simulate(tracker, course.reference, None, DT, offset, disturbance, seed)
+
+    if type(tracker).__name__ not in SINGLE:
+        return run(offsets, seed)
+    runs = [run(offset, (seed, k)) for k, offset in enumerate(offsets.T)]
+    names = ("pose", "error", "wheels", "measured", "asked")
+    stacked = {name: np.stack([getattr(one, name) for one in runs], 1) for name in names}
+    return replace(runs[0], **stacked)
+
+
+def evaluate(tracker, courses, offsets, seed, disturbance=DISTURBANCE):
+    """Numbers of a tracker on courses.
+
+    Parameters
+    ----------
+    tracker, offsets, seed, disturbance
+        As for `drive_course`: the same robots drive on every course.
+    courses : sequence of Course
+        What to follow.
+
+    Returns
+    -------
+    dict
+        Name to ndarray, shape (courses, n): those of `metrics.tracking`;
+        ``transient_rms_m``, the position's before `STEADY`, and
+        ``steady_cross_rms_m``, ``steady_along_rms_m`` and
+        ``steady_heading_rms_rad`` from then on; ``roughness_m_s2``, the total
+        variation per time that the course does not need; and ``score_m``.
+
+    Notes
+    -----
+    The score is the RMS of the position error, plus `ROUGHNESS` times the
+    roughness, plus `COLLISION` for a robot that touches an obstacle.
+    """
+    rows = []
+    for course in courses:
+        run = drive_course(tracker, course, offsets, seed, disturbance)
+        row = metrics.tracking(run, course.world)
+        forgotten = min(STEADY, course.reference.duration / 2)
+        steady = metrics.tracking(run, since=forgotten)
+        row["transient_rms_m"] = metrics.tracking(run, until=forgotten)["position_rms_m"]
+        row["steady_cross_rms_m"] = steady["cross_track_rms_m"]
+        row["steady_along_rms_m"] = steady["along_track_rms_m"]
+        row["steady_heading_rms_rad"] = steady["heading_rms_rad"]
+        needless = np.maximum(row["wheel_variation_m_s"] - course.variation, 0)
+        row["roughness_m_s2"] = needless / course.reference.duration
+        row["score_m"] = row["position_rms_m"] + ROUGHNESS * row["roughness_m_s2"]
+        row["score_m"] += COLLISION * (row["clearance_m"] < run.robot.radius)
+        rows.append(row)
+    return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+
+
+def held_out(tracker, speed=SPEED):
+    """Numbers on the courses that no search sees, see `evaluate`."""
+    offsets = spread_offsets(HELD_OUT["robots"], HELD_OUT["seed"])
+    return evaluate(tracker, held_out_courses(speed), offsets, HELD_OUT["seed"])

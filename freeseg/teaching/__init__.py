@@ -1,0 +1,7 @@
+"""What the problem sets in ``notebooks/assignments/`` share."""
+
+from freeseg.teaching.check import check, quietly
+from freeseg.teaching.own_work import NotOwn, without
+from freeseg.teaching.seeds import variant_seed
+
+__all__ = ["NotOwn", "check", "quietly", "variant_seed", "without"]
