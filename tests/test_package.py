@@ -2,6 +2,7 @@ import inspect
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -12,14 +13,17 @@ from freeseg import errors
 REQUIREMENTS = (Path(__file__).parent.parent / "environment.txt").read_text(encoding="utf-8")
 #: What the collection uses itself; all other requirements are what these pull in.
 DIRECT = [
+    "build",
     "casadi",
     "control",
     "hypothesis",
     "ipympl",
+    "ipython",
     "ipywidgets",
     "joblib",
     "jupyterlab",
     "matplotlib",
+    "mypy",
     "nbgrader",
     "nbmake",
     "numpy",
@@ -27,6 +31,7 @@ DIRECT = [
     "pytest-xdist",
     "ruff",
     "scipy",
+    "setuptools",
     "shapely",
     "sympy",
     "tqdm",
@@ -38,7 +43,7 @@ def requirement_lines():
     return [line for line in lines if line and not line.startswith("#")]
 
 
-@pytest.mark.parametrize("slow", ["casadi", "control", "matplotlib", "sympy"])
+@pytest.mark.parametrize("slow", ["IPython", "casadi", "control", "joblib", "matplotlib", "sympy"])
 def test_importing_freeseg_does_not_import(slow):
     # In a process of its own: here, other tests have imported everything.
     code = f"import freeseg, sys; assert 'numpy' in sys.modules; sys.exit({slow!r} in sys.modules)"
@@ -54,6 +59,20 @@ def test_public_names_are_sorted_and_unique():
     assert sorted(set(fs.__all__)) == fs.__all__
 
 
+@pytest.mark.parametrize("module", [fs, fs.trackers])
+def test_names_that_are_imported_late_are_listed(module):
+    assert set(module.__all__) <= set(dir(module))
+
+
+def test_studies_need_no_import_of_their_own():
+    code = "import freeseg as fs; fs.studies.tuning.load_gains; fs.plotting.plot_plan; fs.Mpc()"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_version_is_that_of_the_distribution():
+    assert version("freeseg") == fs.__version__
+
+
 def test_a_name_that_is_not_there():
     with pytest.raises(AttributeError, match="no attribute 'planing'"):
         fs.planing  # noqa: B018
@@ -67,7 +86,9 @@ def test_every_error_is_a_freeseg_error():
         assert issubclass(fs.FreesegError, Exception)
 
 
-@pytest.mark.parametrize("name", ["InvalidParameter", "InvalidQuery", "InvalidWorld"])
+@pytest.mark.parametrize(
+    "name", ["InvalidData", "InvalidParameter", "InvalidQuery", "InvalidWorld"]
+)
 def test_an_error_in_a_value_is_a_value_error(name):
     assert issubclass(getattr(fs, name), ValueError)
 
