@@ -1,4 +1,5 @@
 import inspect
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +11,8 @@ import pytest
 import freeseg as fs
 from freeseg import errors
 
-REQUIREMENTS = (Path(__file__).parent.parent / "environment.txt").read_text(encoding="utf-8")
+ROOT = Path(__file__).parent.parent
+REQUIREMENTS = (ROOT / "environment.txt").read_text(encoding="utf-8")
 #: What the collection uses itself; all other requirements are what these pull in.
 DIRECT = [
     "build",
@@ -67,6 +69,16 @@ def test_names_that_are_imported_late_are_listed(module):
 def test_studies_need_no_import_of_their_own():
     code = "import freeseg as fs; fs.studies.tuning.load_gains; fs.plotting.plot_plan; fs.Mpc()"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_readme_s_example_runs(tmp_path):
+    (example,) = re.findall(
+        r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S
+    )
+    told = {"env": os.environ | {"MPLBACKEND": "Agg"}, "capture_output": True, "text": True}
+    done = subprocess.run([sys.executable, "-c", example], check=False, cwd=tmp_path, **told)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "position_rms_m" in done.stdout
 
 
 def test_the_version_is_that_of_the_distribution():
