@@ -1,18 +1,22 @@
-"""Pictures of worlds, plans and runs: mm and degrees, one palette.
+"""Pictures of worlds, plans and runs: one palette, ticks in mm and degrees.
 
-Every function draws on ``ax``, or on a new figure, and returns the axes.
+Every function draws on ``ax``, or on a new figure, and returns the axes. Data are
+in metres and radians, as everywhere; only the ticks count in mm and degrees.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
 import shapely
 from matplotlib.animation import FuncAnimation
+from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import AutoLocator, FuncFormatter
 
 from freeseg.path import Arc
-from freeseg.world import Disc, check_world
+from freeseg.plan import StepKind
+from freeseg.world import Disc, Polygon, check_world
 
 #: The colour of each thing, everywhere; safe for the colour-blind.
 PALETTE = {
@@ -30,25 +34,82 @@ PALETTE = {
     "error": "#333333",
 }
 
+#: Of more obstacles than that, numbers hide what they name.
+MOST_NUMBERS = 100
 
-def _mm_axes(ax):
-    """`ax`, or a new one, set up for a map in mm."""
+
+def count_in_mm(*axes):
+    """Let axes in metres have ticks in mm.
+
+    Parameters
+    ----------
+    *axes : matplotlib Axis
+        Such as ``ax.xaxis``; of lengths (m) or of speeds (m/s).
+    """
+    for axis in axes:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: _tick(1000 * value)))
+
+
+def count_in_degrees(*axes):
+    """Let axes in radians have ticks in degrees, at round numbers of them.
+
+    Parameters
+    ----------
+    *axes : matplotlib Axis
+        Such as ``ax.yaxis``; of angles (rad).
+    """
+    for axis in axes:
+        axis.set_major_locator(_DegreeLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, _: _tick(np.degrees(value))))
+
+
+def _tick(value):
+    """A number as on an axis of Matplotlib."""
+    # Adding zero leaves no negative zero.
+    return f"{round(float(value), 6) + 0:.10g}".replace("-", "\N{MINUS SIGN}")
+
+
+class _DegreeLocator(AutoLocator):
+    """Places of round numbers of degrees on an axis in radians."""
+
+    def tick_values(self, vmin, vmax):
+        return np.radians(super().tick_values(*np.degrees([vmin, vmax])))
+
+
+def map_axes(ax=None):
+    """Axes set up for a map: metres, with ticks in mm.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes, optional
+        What to set up; a new one by default.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
     if ax is None:
         _, ax = plt.subplots(figsize=(5, 5), layout="constrained")
     ax.set_aspect("equal")
     ax.set_xlabel("x (mm)")
     ax.set_ylabel("y (mm)")
+    count_in_mm(ax.xaxis, ax.yaxis)
     return ax
 
 
 def _patch(obstacle, **style):
-    """An obstacle's shape in mm."""
+    """One obstacle's shape."""
     if isinstance(obstacle, Disc):
-        return Circle(1000 * obstacle.center, 1000 * obstacle.radius, **style)
-    return PolygonPatch(1000 * obstacle.vertices, **style)
+        return Circle(obstacle.center, obstacle.radius, **style)
+    return PolygonPatch(obstacle.vertices, **style)
 
 
-def plot_world(world, ax=None, numbers=True):
+def _trace(path):
+    """Points to draw a path by, shape (2, n): 2 mm apart, farther on a long one."""
+    return path.sample(max(0.002, path.length / 20_000)).T
+
+
+def plot_world(world, ax=None, numbers=None):
     """Obstacles with their numbers.
 
     Parameters
@@ -58,22 +119,37 @@ def plot_world(world, ax=None, numbers=True):
     ax : matplotlib Axes, optional
         Where to draw.
     numbers : bool, optional
-        Whether to write the numbers; on many small obstacles they hide them.
+        Whether to write the numbers; by default where there are no more than
+        100 obstacles.
 
     Returns
     -------
     matplotlib Axes
     """
     check_world(world)
-    ax = _mm_axes(ax)
-    style = {"facecolor": PALETTE["obstacle"], "edgecolor": PALETTE["outline"], "zorder": 2}
-    for number, obstacle in enumerate(world.obstacles, 1):
-        ax.add_patch(_patch(obstacle, **style))
-        if not numbers:
-            continue
-        middle = 1000 * np.array(obstacle.core.representative_point().coords[0])
-        label = ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
-        label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
+    ax = map_axes(ax)
+    style = {"facecolors": PALETTE["obstacle"], "edgecolors": PALETTE["outline"], "zorder": 2}
+    # A collection each, for ten thousand patches take a minute.
+    is_disc = np.array([isinstance(obstacle, Disc) for obstacle in world], bool)
+    if is_disc.any():
+        centers = world.edges[world.first_edge[is_disc], 0]
+        sizes = 2 * world.radii[is_disc]
+        round_ones = EllipseCollection(
+            sizes, sizes, 0 * sizes, units="xy", offsets=centers, offset_transform=ax.transData
+        )
+        round_ones.set(**style)
+        ax.add_collection(round_ones)
+    if not is_disc.all():
+        outlines = [obstacle.vertices for obstacle in world if isinstance(obstacle, Polygon)]
+        ax.add_collection(PolyCollection(outlines, **style))
+    if len(world):
+        grown = world.radii[np.repeat(np.arange(len(world)), world.edge_counts), None]
+        ax.update_datalim(np.concatenate([world.edges[:, 0] - grown, world.edges[:, 0] + grown]))
+    if len(world) <= MOST_NUMBERS if numbers is None else numbers:
+        for number, core in enumerate(world.cores, 1):
+            middle = core.representative_point().coords[0]
+            label = ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
+            label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
     ax.autoscale_view()
     return ax
 
@@ -94,19 +170,20 @@ def plot_segments(segments, ax=None, lengths=False):
     -------
     matplotlib Axes
     """
-    ax = _mm_axes(ax)
-    labelled = set()
-    for segment in segments:
-        kind = "safe" if segment.safe else "danger"
-        ends = 1000 * segment.ends
-        label = None if kind in labelled else f"{kind} segment"
-        labelled.add(kind)
-        style = {"color": PALETTE[kind], "ls": "-" if segment.safe else (0, (3, 2)), "lw": 2}
-        ax.plot(*ends.T, **style, marker="o", ms=3, zorder=3, label=label)
-        if lengths:
+    ax = map_axes(ax)
+    for kind, dashes in (("safe", "-"), ("danger", (0, (3, 2)))):
+        some = [segment for segment in segments if segment.safe == (kind == "safe")]
+        if not some:
+            continue
+        # One line with gaps: quick also for thousands of segments.
+        ends = np.full((len(some), 3, 2), np.nan)
+        ends[:, :2] = [segment.ends for segment in some]
+        style = {"color": PALETTE[kind], "ls": dashes, "lw": 2, "marker": "o", "ms": 3}
+        ax.plot(*ends.reshape(-1, 2).T, **style, zorder=3, label=f"{kind} segment")
+        for segment in some if lengths else ():
             ax.annotate(
                 f"{1000 * segment.length:.0f}",
-                ends.mean(0),
+                segment.ends.mean(0),
                 ha="center",
                 va="center",
                 fontsize=8,
@@ -135,8 +212,8 @@ def plot_path(path, ax=None, color=PALETTE["planned"], **style):
     -------
     matplotlib Axes
     """
-    ax = _mm_axes(ax)
-    ax.plot(*(1000 * path.sample(0.002).T), color=color, **({"lw": 2, "zorder": 4} | style))
+    ax = map_axes(ax)
+    ax.plot(*_trace(path), color=color, **({"lw": 2, "zorder": 4} | style))
     return ax
 
 
@@ -161,7 +238,7 @@ def plot_circle(center, radius, ax, color=PALETTE["turning"], **style):
     matplotlib Axes
     """
     style = {"fill": False, "ls": "--", "lw": 1.3, "zorder": 3} | style
-    ax.add_patch(Circle(1000 * np.asarray(center), 1000 * radius, color=color, **style))
+    ax.add_patch(Circle(center, radius, color=color, **style))
     return ax
 
 
@@ -179,8 +256,8 @@ def plot_query(start, goal, ax):
     -------
     matplotlib Axes
     """
-    ax.plot(*(1000 * np.asarray(start)), "ks", ms=6, zorder=6, label="start")
-    ax.plot(*(1000 * np.asarray(goal)), "k*", ms=11, zorder=6, label="goal")
+    ax.plot(*start, "ks", ms=6, zorder=6, label="start")
+    ax.plot(*goal, "k*", ms=11, zorder=6, label="goal")
     return ax
 
 
@@ -227,7 +304,7 @@ def plot_band(path, robot, ax):
     -------
     matplotlib Axes
     """
-    outline = shapely.LineString(1000 * path.sample(0.002)).buffer(1000 * robot.radius).exterior
+    outline = shapely.LineString(_trace(path).T).buffer(robot.radius).exterior
     ax.fill(
         *outline.xy, color=PALETTE["robot"], alpha=0.25, lw=0, zorder=1, label="swept by the robot"
     )
@@ -261,7 +338,7 @@ def plot_step(world, plan, step, ax=None):
     if step.group:
         plot_group(world, step.group, ax)
     if step.blocking is not None:
-        label = "turn dropped here" if step.kind == "needless turn" else "blocking obstacle"
+        label = "turn dropped here" if step.kind == StepKind.NEEDLESS_TURN else "blocking obstacle"
         style = {"fill": False, "ec": PALETTE["danger"], "lw": 2.5, "zorder": 2.6, "label": label}
         ax.add_patch(_patch(world.obstacles[step.blocking], **style))
     number = next((k for k, one in enumerate(plan.steps) if one is step), 0)
@@ -269,15 +346,15 @@ def plot_step(world, plan, step, ax=None):
         plot_path(plan.steps[number - 1].path, ax, "0.45", lw=1.5, ls="--", label="path before")
     if step.leg is not None:
         style = {"color": PALETTE["turning"], "lw": 1.2, "ls": ":", "zorder": 3.5}
-        ax.plot(*(1000 * step.leg.T), **style, label="leg searched")
+        ax.plot(*step.leg.T, **style, label="leg searched")
     for k, arc in enumerate(piece for piece in step.path.pieces if isinstance(piece, Arc)):
         plot_circle(arc.center, arc.radius, ax, label=None if k else "dangerous circle")
-    for k, candidate in enumerate(step.candidates):
-        x, y = 1000 * candidate.endpoint.point
+    for index, candidate in enumerate(step.candidates):
+        x, y = candidate.endpoint.point
         style = {"mfc": "white", "mec": PALETTE["turning"], "ms": 4, "zorder": 5}
-        ax.plot(x, y, "o", **style, label=None if k else "candidate")
+        ax.plot(x, y, "o", **style, label=None if index else "candidate")
     if step.chosen:
-        x, y = 1000 * step.chosen.endpoint.point
+        x, y = step.chosen.endpoint.point
         style = {"color": PALETTE["turning"], "mec": "black", "ms": 8, "zorder": 7}
         ax.plot(x, y, "o", **style, label="turning point")
     plot_path(step.path, ax, label="path after this step")
@@ -329,7 +406,7 @@ def plot_tracking(world, plan, run, ax=None):
     ax = plot_world(world, ax)
     plot_path(plan.path, ax, label="planned path", lw=3.5)
     x, y, theta = run.pose
-    ax.plot(1000 * x, 1000 * y, color=PALETTE["tracked"], lw=1.3, zorder=5, label="tracked")
+    ax.plot(x, y, color=PALETTE["tracked"], lw=1.3, zorder=5, label="tracked")
     for when in np.linspace(0, len(x) - 1, 6).astype(int):
         draw_robot((x[when], y[when], theta[when]), run.robot, ax)
     return plot_query(plan.path.start, plan.path.end, ax)
@@ -354,7 +431,7 @@ def draw_robot(pose, robot, ax):
         The artists, for an animation to move.
     """
     x, y, _ = pose
-    disc = Circle((1000 * x, 1000 * y), 1000 * robot.radius, fc=PALETTE["robot"], alpha=0.35)
+    disc = Circle((x, y), robot.radius, fc=PALETTE["robot"], alpha=0.35)
     disc.set(edgecolor=PALETTE["planned"], zorder=4)
     ax.add_patch(disc)
     (nose,) = ax.plot([], [], color=PALETTE["error"], lw=1.2, zorder=4)
@@ -365,11 +442,9 @@ def draw_robot(pose, robot, ax):
 def move_robot(disc, nose, pose):
     """Move the artists of `draw_robot` to another pose (m, rad)."""
     x, y, theta = pose
-    disc.center = 1000 * x, 1000 * y
-    reach = disc.radius
-    nose.set_data(
-        [1000 * x, 1000 * x + reach * np.cos(theta)], [1000 * y, 1000 * y + reach * np.sin(theta)]
-    )
+    disc.center = x, y
+    radius = disc.radius
+    nose.set_data([x, x + radius * np.cos(theta)], [y, y + radius * np.sin(theta)])
 
 
 def plot_errors(run, axes=None):
@@ -388,12 +463,13 @@ def plot_errors(run, axes=None):
     """
     if axes is None:
         _, axes = plt.subplots(3, 1, figsize=(6, 5), sharex=True, layout="constrained")
-    units = (1000, "mm"), (1000, "mm"), (180 / np.pi, "°")
-    names = "$x_e$", "$y_e$", r"$\alpha_e$"
-    for ax, error, name, (factor, unit) in zip(axes, run.error, names, units, strict=True):
+    labels = "$x_e$ (mm)", "$y_e$ (mm)", r"$\alpha_e$ (°)"
+    for ax, error, label in zip(axes, run.error, labels, strict=True):
         ax.axhline(0, color="0.8", lw=0.8)
-        ax.plot(run.t, factor * error, color=PALETTE["error"], lw=1.3)
-        ax.set_ylabel(f"{name} ({unit})")
+        ax.plot(run.t, error, color=PALETTE["error"], lw=1.3)
+        ax.set_ylabel(label)
+    count_in_mm(axes[0].yaxis, axes[1].yaxis)
+    count_in_degrees(axes[2].yaxis)
     axes[-1].set_xlabel("time (s)")
     return axes
 
@@ -418,7 +494,7 @@ def plot_wheels(run, ax=None):
         # A speed is held until the next time: stairs, not slopes.
         ax.step(
             run.t,
-            1000 * speed,
+            speed,
             where="post",
             color=PALETTE[side],
             lw=1.3,
@@ -426,6 +502,7 @@ def plot_wheels(run, ax=None):
         )
     ax.set_xlabel("time (s)")
     ax.set_ylabel("wheel speed (mm/s)")
+    count_in_mm(ax.yaxis)
     ax.legend(frameon=False)
     return ax
 
@@ -452,7 +529,7 @@ def animate(world, plan, run, ax=None, frames=40):
         Keep it, and pass it to `as_gif` to show it.
     """
     ax = plot_plan(world, plan, ax)
-    x, y, _ = 1000 * run.pose
+    x, y, _ = run.pose
     (trail,) = ax.plot([], [], color=PALETTE["tracked"], lw=1.3, zorder=5, label="tracked")
     disc, nose = draw_robot(run.pose[:, 0], run.robot, ax)
     disc.set_alpha(0.8)

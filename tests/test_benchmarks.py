@@ -6,6 +6,7 @@ from pathlib import Path
 
 import nbformat
 import numpy as np
+import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
 import freeseg as fs
@@ -36,6 +37,18 @@ def test_batch(capsys):
         assert line in printed
     assert printed.count("True") == 2
     assert "False" not in printed
+
+
+def test_drawing(capsys):
+    load("drawing").main(discs=20)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.rsplit(maxsplit=2)[0].rstrip() for line in lines] == [
+        "draw 20 discs",
+        "save them as PNG",
+        "both",
+    ]
+    *parts, both = [float(line.split()[-2]) for line in lines]
+    assert both == pytest.approx(sum(parts), abs=0.02)
 
 
 def test_notebooks(tmp_path, capsys):

@@ -6,8 +6,8 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.patches import Circle
-from matplotlib.patches import Polygon as PolygonPatch
 from numpy.testing import assert_allclose, assert_array_equal
 from PIL import Image
 
@@ -65,37 +65,108 @@ def line_labelled(ax, label):
     return line
 
 
+def ticks(axis):
+    """Where an axis has its ticks, and what is written there, as numbers."""
+    places = axis.get_majorticklocs()
+    written = axis.get_major_formatter().format_ticks(places)
+    return places, [float(text.replace("\N{MINUS SIGN}", "-")) for text in written]
+
+
 def assert_map_in_mm(ax):
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (mm)", "y (mm)")
     assert ax.get_aspect() == 1
+    for axis in ax.xaxis, ax.yaxis:
+        places, written = ticks(axis)
+        assert len(places) > 1
+        assert_allclose(written, 1000 * places, atol=1e-6)
 
 
-def test_plot_world_draws_every_obstacle_in_mm_with_its_number(world, ax):
+def drawn_segments(line):
+    """Ends of the segments that one line draws, shape (n, 2, 2)."""
+    rows = line.get_xydata().reshape(-1, 3, 2)
+    assert np.isnan(rows[:, 2]).all()  # the gaps
+    return rows[:, :2]
+
+
+def test_plot_world_draws_every_obstacle_with_its_number(world, ax):
     assert fs.plotting.plot_world(world, ax) is ax
     assert_map_in_mm(ax)
-    first, second, third = ax.patches
-    assert isinstance(first, Circle)
-    assert_allclose(first.center, (200, 350))
-    assert (first.radius, second.radius) == (50, 50)
-    assert isinstance(third, PolygonPatch)
-    assert_allclose(third.get_xy()[:-1], 1000 * world.obstacles[2].vertices)
+    discs, polygons = ax.collections
+    assert isinstance(discs, EllipseCollection)
+    assert_allclose(discs.get_offsets(), [(0.2, 0.35), (0.3, 0.1)])
+    for diameters in discs.get_widths(), discs.get_heights():
+        assert_allclose(diameters, (0.1, 0.1))
+    assert isinstance(polygons, PolyCollection)
+    (outline,) = polygons.get_paths()
+    assert_allclose(outline.vertices[:-1], world.obstacles[2].vertices)
+    for collection in discs, polygons:
+        assert_allclose(collection.get_facecolor(), [mpl.colors.to_rgba(PALETTE["obstacle"])])
     assert [text.get_text() for text in ax.texts] == ["1", "2", "3"]
-    assert_allclose(ax.texts[1].xy, (300, 100))
+    assert_allclose(ax.texts[1].xy, (0.3, 0.1))
     # All of them are in view.
-    assert ax.get_xlim()[0] <= 150
-    assert ax.get_xlim()[1] >= 650
-    assert ax.get_ylim()[0] <= -100
+    assert ax.get_xlim()[0] <= 0.15
+    assert ax.get_xlim()[1] >= 0.65
+    assert ax.get_ylim()[0] <= -0.1
+    assert ax.get_ylim()[1] >= 0.4
+
+
+def test_discs_are_as_large_on_the_canvas_as_circles(world, ax):
+    fs.plotting.plot_world(world, ax, numbers=False)
+    ax.figure.canvas.draw()
+    discs = ax.collections[0]
+    unit_circle, *_ = discs.get_paths()
+    to_canvas = mpl.transforms.Affine2D(discs.get_transforms()[0]) + discs.get_transform()
+    size = to_canvas.transform_path(unit_circle).get_extents().size
+    corners = ax.transData.transform([(0, 0), (0.1, 0.1)])  # of a square as wide as the discs
+    assert_allclose(size, corners[1] - corners[0])
 
 
 def test_plot_world_without_numbers(world, ax):
     fs.plotting.plot_world(world, ax, numbers=False)
-    assert len(ax.patches) == 3
+    discs, polygons = ax.collections
+    assert len(discs.get_offsets()) + len(polygons.get_paths()) == 3
     assert not ax.texts
 
 
 def test_plot_world_of_no_obstacle(ax):
     assert fs.plotting.plot_world(fs.World([]), ax) is ax
     assert len(ax.patches) == 0
+    assert len(ax.collections) == 0
+
+
+def grid_of_discs(count):
+    """Small discs in rows of a hundred."""
+    return fs.World([fs.Disc((0.2 * (k % 100), 0.2 * (k // 100)), 0.05) for k in range(count)])
+
+
+def test_numbers_are_left_out_where_they_would_hide_the_world():
+    for count, numbers, written in (
+        (100, None, 100),
+        (101, None, 0),
+        (101, True, 101),
+        (100, False, 0),
+    ):
+        ax = fs.plotting.plot_world(grid_of_discs(count), numbers=numbers)
+        assert len(ax.texts) == written
+
+
+def test_ten_thousand_discs_are_as_few_artists_as_one():
+    one, many = grid_of_discs(1), grid_of_discs(10_000)
+    few = [len(fs.plotting.plot_world(one, numbers=False).get_children())]
+    ax = fs.plotting.plot_world(many)
+    assert [len(ax.get_children())] == few
+    assert len(ax.collections[0].get_offsets()) == 10_000
+
+
+def test_a_plan_through_rooms_stays_in_the_picture_of_its_world(robot, ax):
+    world = fs.random_world(100, seed=0)
+    plan = fs.plan_rooms(world, (0, 0), (3.3, 3.3))
+    assert plan.segments
+    fs.plotting.plot_plan(world, plan, ax)
+    inside = np.concatenate([world.edges.reshape(-1, 2), [plan.path.start, plan.path.end]])
+    beyond = world.radii.max() + robot.diameter
+    assert (ax.dataLim.min >= inside.min(0) - beyond).all()
+    assert (ax.dataLim.max <= inside.max(0) + beyond).all()
 
 
 def test_functions_open_a_figure_where_they_are_given_none(world, plan, run):
@@ -120,40 +191,45 @@ def test_plot_segments_tells_safe_from_danger(plan, ax):
     assert_map_in_mm(ax)
     assert labels(ax) == ["safe segment", "danger segment"]
     for line, segment in zip(ax.lines, plan.segments, strict=True):
-        assert_allclose(line.get_xydata(), 1000 * segment.ends)
+        assert_allclose(drawn_segments(line), [segment.ends])
         assert line.get_color() == PALETTE["safe" if segment.safe else "danger"]
     written = [text.get_text() for text in ax.texts]
     assert written == [f"{1000 * segment.length:.0f}" for segment in plan.segments]
+    middles = [segment.ends.mean(0) for segment in plan.segments]
+    assert_allclose([text.xy for text in ax.texts], middles)
 
 
 def test_plot_segments_labels_each_kind_once(tables, ax):
     segments = fs.free_segments(tables[2])
     fs.plotting.plot_segments(segments, ax)
     assert sorted(labels(ax)) == ["danger segment", "safe segment"]
-    assert len(ax.lines) == 6
+    assert len(segments) == 6
+    for kind, safe in (("safe segment", True), ("danger segment", False)):
+        ends = [segment.ends for segment in segments if segment.safe == safe]
+        assert_allclose(drawn_segments(line_labelled(ax, kind)), ends)
     assert len(ax.texts) == 0
 
 
-def test_plot_path_draws_the_centre_line_in_mm(plan, ax):
+def test_plot_path_draws_the_centre_line(plan, ax):
     assert fs.plotting.plot_path(plan.path, ax, color="red", label="a path", lw=5) is ax
     assert_map_in_mm(ax)
     (line,) = ax.lines
-    assert_allclose(line.get_xydata(), 1000 * plan.path.sample(0.002))
+    assert_allclose(line.get_xydata(), plan.path.sample(0.002))
     assert (line.get_color(), line.get_label(), line.get_linewidth()) == ("red", "a path", 5)
 
 
 def test_plot_circle(ax):
     assert fs.plotting.plot_circle((0.1, 0.2), 0.05, ax, label="dangerous circle") is ax
     (circle,) = ax.patches
-    assert_allclose((*circle.center, circle.radius), (100, 200, 50))
+    assert_allclose((*circle.center, circle.radius), (0.1, 0.2, 0.05))
     assert not circle.get_fill()
     assert labels(ax) == ["dangerous circle"]
 
 
 def test_plot_query(ax):
     assert fs.plotting.plot_query((0.1, 0.2), (0.3, 0.4), ax) is ax
-    assert_allclose(line_labelled(ax, "start").get_xydata(), [(100, 200)])
-    assert_allclose(line_labelled(ax, "goal").get_xydata(), [(300, 400)])
+    assert_allclose(line_labelled(ax, "start").get_xydata(), [(0.1, 0.2)])
+    assert_allclose(line_labelled(ax, "goal").get_xydata(), [(0.3, 0.4)])
 
 
 def test_plot_band_is_as_wide_as_the_robot(plan, robot, ax):
@@ -161,7 +237,7 @@ def test_plot_band_is_as_wide_as_the_robot(plan, robot, ax):
     (band,) = ax.patches
     low = band.get_xy().min(0)
     # Left of the start, by the radius; its round ends are polygons.
-    assert low[0] == pytest.approx(-1000 * robot.radius, abs=0.1)
+    assert low[0] == pytest.approx(-robot.radius, abs=1e-4)
     assert labels(ax) == ["swept by the robot"]
 
 
@@ -170,7 +246,7 @@ def test_plot_plan_draws_all_of_it(world, plan, ax):
     assert_map_in_mm(ax)
     assert plan.turning_points
     circles = [patch for patch in ax.patches if isinstance(patch, Circle) and not patch.get_fill()]
-    expected = [1000 * np.array([*turn.center, turn.radius]) for turn in plan.turning_points]
+    expected = [(*turn.center, turn.radius) for turn in plan.turning_points]
     assert_allclose([(*circle.center, circle.radius) for circle in circles], expected)
     assert sorted(labels(ax)) == [
         "danger segment",
@@ -182,7 +258,7 @@ def test_plot_plan_draws_all_of_it(world, plan, ax):
         "swept by the robot",
     ]
     way = line_labelled(ax, "planned path").get_xydata()
-    assert_allclose(way[[0, -1]], [(0, 0), (1000, 0)], atol=1e-9)
+    assert_allclose(way[[0, -1]], [(0, 0), (1, 0)], atol=1e-12)
 
 
 def test_plot_step_draws_its_candidates_and_its_choice(world, plan, ax):
@@ -192,11 +268,11 @@ def test_plot_step_draws_its_candidates_and_its_choice(world, plan, ax):
     assert_map_in_mm(ax)
     assert ax.get_title() == step.kind
     chosen = line_labelled(ax, "turning point")
-    assert_allclose(chosen.get_xydata(), [1000 * step.chosen.endpoint.point])
+    assert_allclose(chosen.get_xydata(), [step.chosen.endpoint.point])
     way = line_labelled(ax, "path after this step").get_xydata()
-    assert_allclose(way, 1000 * step.path.sample(0.002))
+    assert_allclose(way, step.path.sample(0.002))
     points = {tuple(line.get_xydata()[0]) for line in ax.lines if line.get_marker() == "o"}
-    assert {tuple(1000 * candidate.endpoint.point) for candidate in step.candidates} <= points
+    assert {tuple(candidate.endpoint.point) for candidate in step.candidates} <= points
 
 
 def test_plot_step_marks_what_blocked_the_leg_and_the_path_before(world, plan, ax):
@@ -205,15 +281,15 @@ def test_plot_step_marks_what_blocked_the_leg_and_the_path_before(world, plan, a
     (outline,) = (patch for patch in ax.patches if patch.get_label() == "blocking obstacle")
     blocking = world.obstacles[step.blocking]
     if isinstance(blocking, fs.Disc):
-        assert_allclose(outline.center, 1000 * blocking.center)
+        assert_allclose(outline.center, blocking.center)
     else:
-        assert_allclose(outline.get_xy()[:-1], 1000 * blocking.vertices)
+        assert_allclose(outline.get_xy()[:-1], blocking.vertices)
     before = line_labelled(ax, "path before").get_xydata()
-    assert_allclose(before, 1000 * plan.steps[0].path.sample(0.002))
-    assert_allclose(line_labelled(ax, "leg searched").get_xydata(), 1000 * step.leg)
+    assert_allclose(before, plan.steps[0].path.sample(0.002))
+    assert_allclose(line_labelled(ax, "leg searched").get_xydata(), step.leg)
     arcs = [piece for piece in step.path.pieces if hasattr(piece, "radius")]
     circles = [patch for patch in ax.patches if patch.get_linestyle() == "--"]
-    assert_allclose([c.radius for c in circles], [1000 * arc.radius for arc in arcs])
+    assert_allclose([c.radius for c in circles], [arc.radius for arc in arcs])
 
 
 def test_plot_step_fills_a_group(ax):
@@ -223,7 +299,7 @@ def test_plot_step_fills_a_group(ax):
     assert step.group == (0, 1)
     fs.plotting.plot_step(world, plan, step, ax)
     filled = [patch.center for patch in ax.patches if patch.get_facecolor() == GROUP]
-    assert_allclose(filled, [(500, -100), (500, 50)])
+    assert_allclose(filled, [(0.5, -0.1), (0.5, 0.05)])
     assert "group" in labels(ax)
 
 
@@ -236,24 +312,22 @@ def test_plot_step_of_the_straight_way_has_no_turning_point(world, plan, ax):
 def test_plot_tracking_draws_the_driven_way_and_robots_on_it(world, plan, run, robot, ax):
     assert fs.plotting.plot_tracking(world, plan, run, ax) is ax
     assert_map_in_mm(ax)
-    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), 1000 * run.pose[:2].T)
+    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), run.pose[:2].T)
     assert {"planned path", "tracked", "start", "goal"} <= set(labels(ax))
     robots = [
-        patch
-        for patch in ax.patches
-        if isinstance(patch, Circle) and patch.radius == 1000 * robot.radius
+        patch for patch in ax.patches if isinstance(patch, Circle) and patch.radius == robot.radius
     ]
     assert len(robots) == 6
-    assert_allclose(robots[-1].center, 1000 * run.pose[:2, -1])
+    assert_allclose(robots[-1].center, run.pose[:2, -1])
 
 
 def test_draw_and_move_robot(robot, ax):
     disc, nose = fs.plotting.draw_robot((0.1, 0.2, np.pi / 2), robot, ax)
-    assert_allclose((*disc.center, disc.radius), (100, 200, 70.4))
-    assert_allclose(nose.get_xydata(), [(100, 200), (100, 270.4)])
+    assert_allclose((*disc.center, disc.radius), (0.1, 0.2, 0.0704))
+    assert_allclose(nose.get_xydata(), [(0.1, 0.2), (0.1, 0.2704)])
     fs.plotting.move_robot(disc, nose, (0.3, 0.4, 0))
-    assert_allclose(disc.center, (300, 400))
-    assert_allclose(nose.get_xydata(), [(300, 400), (370.4, 400)])
+    assert_allclose(disc.center, (0.3, 0.4))
+    assert_allclose(nose.get_xydata(), [(0.3, 0.4), (0.3704, 0.4)])
 
 
 def test_plot_errors_in_mm_and_degrees(run):
@@ -262,7 +336,12 @@ def test_plot_errors_in_mm_and_degrees(run):
     for ax, error, factor in zip(axes, run.error, (1000, 1000, 180 / np.pi), strict=True):
         curve = ax.lines[-1]
         assert_array_equal(curve.get_xdata(), run.t)
-        assert_allclose(curve.get_ydata(), factor * error)
+        assert_array_equal(curve.get_ydata(), error)
+        places, written = ticks(ax.yaxis)
+        assert len(places) > 1
+        assert_allclose(written, factor * places, atol=1e-6)
+        # Round numbers of mm and of degrees.
+        assert_array_equal(written, np.round(written, 1))
     assert [re.sub(r".*\((.*)\)", r"\1", ax.get_ylabel()) for ax in axes] == ["mm", "mm", "°"]
     assert axes[-1].get_xlabel() == "time (s)"
 
@@ -271,11 +350,26 @@ def test_plot_wheels_in_mm_per_second(run, ax):
     assert fs.plotting.plot_wheels(run, ax) is ax
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (s)", "wheel speed (mm/s)")
     for line, speed, side in zip(ax.lines, run.wheels, ("right", "left"), strict=True):
-        assert_allclose(line.get_ydata(), 1000 * speed)
+        assert_array_equal(line.get_ydata(), speed)
         assert line.get_drawstyle() == "steps-post"
         assert side in line.get_label()
         assert line.get_color() == PALETTE[side]
     assert len(ax.get_legend().get_texts()) == 2
+    places, written = ticks(ax.yaxis)
+    assert_allclose(written, 1000 * places, atol=1e-6)
+
+
+def test_ticks_are_written_as_matplotlib_would(ax):
+    ax.set(xlim=(-0.3, 0.3), ylim=(-np.pi / 2, np.pi / 2))
+    ax.set_xticks([-0.25, -0.0, 0.1 + 0.2, 12.5])
+    fs.plotting.count_in_mm(ax.xaxis)
+    fs.plotting.count_in_degrees(ax.yaxis)
+    minus = "\N{MINUS SIGN}"
+    write = ax.xaxis.get_major_formatter().format_ticks
+    assert write([-0.25, -0.0, 0.1 + 0.2, 12.5]) == [f"{minus}250", "0", "300", "12500"]
+    places, written = ticks(ax.yaxis)
+    assert_allclose(np.radians(written), places, atol=1e-12)
+    assert {-80, -60, -40, -20, 0, 20, 40, 60, 80} <= set(written)
 
 
 def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run, robot, ax):
@@ -286,9 +380,9 @@ def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run,
     picture = Image.open(BytesIO(base64.b64decode(data)))
     assert (picture.format, picture.n_frames) == ("GIF", 3)
     # What the last frame has left.
-    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), 1000 * run.pose[:2].T)
+    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), run.pose[:2].T)
     disc = ax.patches[-1]
-    assert_allclose((*disc.center, disc.radius), 1000 * np.array([*run.pose[:2, -1], robot.radius]))
+    assert_allclose((*disc.center, disc.radius), [*run.pose[:2, -1], robot.radius])
 
 
 def test_show_table_is_markdown():
