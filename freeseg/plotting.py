@@ -12,7 +12,7 @@ from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.patches import Circle
 from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import AutoLocator, FuncFormatter
+from matplotlib.ticker import AutoLocator, ScalarFormatter
 
 from freeseg.path import Arc
 from freeseg.plan import StepKind
@@ -44,10 +44,11 @@ def count_in_mm(*axes):
     Parameters
     ----------
     *axes : matplotlib Axis
-        Such as ``ax.xaxis``; of lengths (m) or of speeds (m/s).
+        Such as ``ax.xaxis``; of lengths (m) or of speeds (m/s). Set a logarithmic
+        scale first, for it brings its own ticks.
     """
     for axis in axes:
-        axis.set_major_formatter(FuncFormatter(lambda value, _: _tick(1000 * value)))
+        axis.set_major_formatter(_CountFormatter(1000))
 
 
 def count_in_degrees(*axes):
@@ -60,13 +61,28 @@ def count_in_degrees(*axes):
     """
     for axis in axes:
         axis.set_major_locator(_DegreeLocator())
-        axis.set_major_formatter(FuncFormatter(lambda value, _: _tick(np.degrees(value))))
+        axis.set_major_formatter(_CountFormatter(180 / np.pi))
 
 
-def _tick(value):
-    """A number as on an axis of Matplotlib."""
-    # Adding zero leaves no negative zero.
-    return f"{round(float(value), 6) + 0:.10g}".replace("-", "\N{MINUS SIGN}")
+class _CountFormatter(ScalarFormatter):
+    """Matplotlib's numbers, of units of which there are `factor` in one of the data."""
+
+    def __init__(self, factor):
+        super().__init__(useOffset=False)
+        self.set_scientific(False)
+        self.factor = factor
+
+    def set_locs(self, locs):
+        super().set_locs(self.factor * np.asarray(locs))
+
+    def __call__(self, value, pos=None):
+        # As many decimals each, but not where ticks lie decades apart.
+        if self.axis.get_scale() != "linear":
+            return self.format_data_short(value)
+        return super().__call__(self.factor * value, pos)
+
+    def format_data_short(self, value):
+        return self.fix_minus(f"{self.factor * value:.6g}")
 
 
 class _DegreeLocator(AutoLocator):

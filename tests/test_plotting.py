@@ -14,6 +14,7 @@ from PIL import Image
 import freeseg as fs
 from freeseg.plotting import PALETTE
 
+MINUS = "\N{MINUS SIGN}"
 GROUP = mpl.colors.to_rgba(PALETTE["group"])
 
 
@@ -69,7 +70,7 @@ def ticks(axis):
     """Where an axis has its ticks, and what is written there, as numbers."""
     places = axis.get_majorticklocs()
     written = axis.get_major_formatter().format_ticks(places)
-    return places, [float(text.replace("\N{MINUS SIGN}", "-")) for text in written]
+    return places, [float(text.replace(MINUS, "-")) for text in written]
 
 
 def assert_map_in_mm(ax):
@@ -359,17 +360,34 @@ def test_plot_wheels_in_mm_per_second(run, ax):
     assert_allclose(written, 1000 * places, atol=1e-6)
 
 
-def test_ticks_are_written_as_matplotlib_would(ax):
-    ax.set(xlim=(-0.3, 0.3), ylim=(-np.pi / 2, np.pi / 2))
-    ax.set_xticks([-0.25, -0.0, 0.1 + 0.2, 12.5])
+def test_ticks_in_mm_are_written_as_matplotlib_would(ax):
+    for limits, places, written in (
+        ((-0.3, 13), [-0.25, -0.0, 0.1 + 0.2, 12.5], [f"{MINUS}250", "0", "300", "12500"]),
+        # As many decimals each, without those of round-off.
+        ((0, 0.01), [0, 0.0025, 0.005, 0.01], ["0.0", "2.5", "5.0", "10.0"]),
+        ((0, 1e-9), [0, 5e-10, 1e-9], ["0.0000000", "0.0000005", "0.0000010"]),
+    ):
+        ax.set(xlim=limits, xticks=places)
+        fs.plotting.count_in_mm(ax.xaxis)
+        assert ax.xaxis.get_major_formatter().format_ticks(places) == written
+    # Under the mouse, too.
+    assert "(x, y) = (123.4, " in ax.format_coord(0.1234, 0)
+
+
+def test_ticks_in_mm_on_a_logarithmic_axis(ax):
+    ax.loglog([1e-6, 1], [1, 2])
     fs.plotting.count_in_mm(ax.xaxis)
+    written = ax.xaxis.get_major_formatter().format_ticks([1e-6, 1e-3, 1])
+    assert written == ["0.001", "1", "1000"]
+
+
+def test_ticks_in_degrees_stand_at_round_numbers(ax):
+    ax.set(ylim=(-np.pi / 2, np.pi / 2))
     fs.plotting.count_in_degrees(ax.yaxis)
-    minus = "\N{MINUS SIGN}"
-    write = ax.xaxis.get_major_formatter().format_ticks
-    assert write([-0.25, -0.0, 0.1 + 0.2, 12.5]) == [f"{minus}250", "0", "300", "12500"]
     places, written = ticks(ax.yaxis)
     assert_allclose(np.radians(written), places, atol=1e-12)
     assert {-80, -60, -40, -20, 0, 20, 40, 60, 80} <= set(written)
+    assert f"{MINUS}20" in ax.yaxis.get_major_formatter().format_ticks(places)
 
 
 def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run, robot, ax):
