@@ -48,7 +48,7 @@ class Mpc:
     Parameters
     ----------
     horizon : int
-        Number N of time steps that it looks ahead.
+        How many time steps N it looks ahead.
     heading : float
         Weight of a squared difference of the headings (m^2/rad^2).
     acceleration : float
@@ -61,7 +61,7 @@ class Mpc:
         How many of them a programme knows: those nearest to the prediction.
     keep_out : float
         Weight of the depth by which the robot enters a disc (m). A disc is
-        entered only where there is no other way, as long as this is more than
+        entered only where nothing else is possible, as long as this is more than
         what pulls the robot in: at most twice its distance from the reference,
         summed as above.
     solver : {"qrqp", "piqp"}, optional
@@ -77,7 +77,7 @@ class Mpc:
     Raises
     ------
     InvalidParameter
-        For a weight that is not positive and finite, a number that is not
+        For a weight that is not positive and finite, a count that is not
         a whole positive one, another solver, or obstacles that are no world
         of discs.
 
@@ -115,10 +115,10 @@ class Mpc:
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1))
         if self.obstacles is not None:
             checks.instance("obstacles", self.obstacles, World, "a World of discs")
-            for number, obstacle in enumerate(self.obstacles, 1):
+            for position, obstacle in enumerate(self.obstacles, 1):
                 if not isinstance(obstacle, Disc):
                     raise InvalidParameter(
-                        f"obstacle {number} is a {type(obstacle).__name__}, and the MPC keeps out "
+                        f"obstacle {position} is a {type(obstacle).__name__}, and the MPC keeps out "
                         "of discs only; give a disc round it"
                     )
         if self.solver is not None:
@@ -153,99 +153,150 @@ class Mpc:
             From the law, where the solver gives up and it is not to brake.
         """
         dt = checks.positive("dt", dt)
-        n = self.horizon
-        obstacles = self.obstacles.obstacles if self.obstacles else ()
-        # Centre and radius of what the robot's centre keeps out of.
-        circles = [(*disc.center, disc.radius + robot.radius) for disc in obstacles]
-        circles = np.reshape(circles, (-1, 3))
-        discs = min(self.nearest, len(circles))
-        # A row of the plan is a time step: u, the z that it leads to and, with discs, the slack.
-        shape, rows = (n, 8 if discs else 7), (n, 5 + discs)
-        weights, free = np.zeros(shape), np.full(shape, np.inf)
-        weights[:, :2] = self.acceleration
-        weights[:, 2:4] = 1
-        weights[:, 4] = self.heading
-        weights[-1, 2:5] *= self.terminal
-        free[:, :2] = robot.max_wheel_acceleration
-        free[:, 5:7] = robot.max_wheel_speed
-        least = -free
-        least[:, 7:] = 0
-
-        linearised = linearisation(motion(robot, dt), n, discs)
-        structure = {"h": ca.Sparsity.diag(weights.size), "a": linearised.sparsity_out("a")}
-        solver = self.solver or ("piqp" if discs else "qrqp")
-        options = {"error_on_fail": False} | SOLVERS[solver](self.iterations)
-        programme = ca.conic("programme", solver, structure, options)
-        state, near, gradient = np.zeros(5), circles[:discs].copy(), np.full(shape, self.keep_out)
-        a, lower, upper = np.zeros(structure["a"].nnz()), np.zeros(rows), np.zeros(rows)
-        plan, lam_x0, lam_a0 = np.zeros(shape), np.zeros(shape), np.zeros(rows)
-        best, lam_x, lam_a = np.zeros(shape), np.zeros(shape), np.zeros(rows)
-        linearise = _bind(
-            linearised, plan=plan, state=state, near=near, a=a, lower=lower, upper=upper
-        )
-        solve = _bind(
-            programme,
-            h=2 * weights,
-            g=gradient,
-            a=a,
-            lba=lower,
-            uba=upper,
-            lbx=least,
-            ubx=free,
-            x0=plan,
-            lam_x0=lam_x0,
-            lam_a0=lam_a0,
-            x=best,
-            lam_x=lam_x,
-            lam_a=lam_a,
-        )
-
-        table = preview(reference, robot, dt, 0, len(reference.steps(dt)) + n)
-        wheels, predicted = np.zeros(2), False
+        programme = _Programme(self, robot, dt)
+        look_ahead = _previewer(reference, robot, dt, self.horizon)
+        wheels = np.zeros(2)
 
         def law(t, pose):
-            nonlocal wheels, predicted
-            pose = _one_pose(pose)
-            step = round(t / dt)
-            on_table = step * dt == t and 0 <= step <= len(table) - n
-            wanted = table[step : step + n] if on_table else preview(reference, robot, dt, t, n)
-            gradient[:, :7] = -2 * weights[:, :7] * wanted
+            nonlocal wheels
+            pose, wanted = _one_pose(pose), look_ahead(t)
             # Headings are counted on from the prediction's, or the reference's.
-            expected = best[0, 4] if predicted else wanted[0, 4]
+            expected = (programme.best if programme.solved else wanted)[0, 4]
             pose[2] = expected + wrap_angle(pose[2] - expected)
-            state[:] = *pose, *wheels
-            if predicted:
-                for now, last in (plan, best), (lam_x0, lam_x), (lam_a0, lam_a):
-                    now[:-1], now[-1] = last[1:], last[-1]
-            else:
-                # Standing still is a plan that enters no disc.
-                plan[:, :7] = 0, 0, *pose, 0, 0
-                lam_x0[:] = lam_a0[:] = 0
-            for _ in range(1 if predicted else FIRST_PROGRAMMES):
-                if discs < len(circles):
-                    apart = np.linalg.norm(plan[:, None, 2:4] - circles[:, :2], axis=-1)
-                    clearance = (apart - circles[:, 2]).min(0)
-                    near[:] = circles[np.argpartition(clearance, discs)[:discs]]
-                linearise()
-                status = solve().stats()
-                if not status["success"]:
-                    break
-                plan[:] = best
-            predicted = status["success"]
-            if not predicted:
-                message = f"{solver} found no command at {t:.3f} s: {status['return_status']}"
+            programme.set_objective(wanted)
+            programme.set_state(pose, wheels)
+            status = programme.solve()
+            if not programme.solved:
+                message = f"{programme.solver} found no command at {t:.3f} s: {status}"
                 if self.on_failure == "raise":
-                    raise SolverFailed(
-                        f"{message}; allow more iterations, choose another solver, or brake with "
-                        "on_failure='brake'",
-                        t,
-                        status["return_status"],
-                    )
+                    remedy = "allow more iterations, choose another solver, or brake with"
+                    raise SolverFailed(f"{message}; {remedy} on_failure='brake'", t, status)
                 warnings.warn(f"{message}; braking", RuntimeWarning, stacklevel=2)
-            wheels = robot.saturate(best[0, 5:7] if predicted else (0, 0), wheels, dt)
+            target = programme.best[0, 5:7] if programme.solved else (0, 0)
+            wheels = robot.saturate(target, wheels, dt)
             return robot.to_body(wheels)
 
         return law
+
+
+class _Programme:
+    """The quadratic programme of a time step, in arrays that the solver reads and writes.
+
+    A row of a plan is a time step: u, the z that it leads to and, with discs, the slack.
+    """
+
+    def __init__(self, tracker, robot, dt):
+        self.circles = _circles(tracker.obstacles, robot)
+        self.discs = min(tracker.nearest, len(self.circles))
+        n, rows = tracker.horizon, (tracker.horizon, 5 + self.discs)
+        # Variables: the plan linearised about, where the robot is and what is near, the best plan.
+        shape = n, 8 if self.discs else 7
+        self.plan, self.best, self.solved = np.zeros(shape), np.zeros(shape), False
+        self.state, self.near = np.zeros(5), self.circles[: self.discs].copy()
+        # Objective: squares, and a gradient, of which only the slack's stays through a run.
+        self.weights, self.gradient = _weights(tracker, shape), np.full(shape, tracker.keep_out)
+        # Constraints: model and discs are linear about the plan; the wheels' limits are bounds.
+        linearised = linearisation(motion(robot, dt), n, self.discs)
+        sparsity = linearised.sparsity_out("a")
+        a, lower, upper = np.zeros(sparsity.nnz()), np.zeros(rows), np.zeros(rows)
+        least, most = _bounds(robot, shape)
+        # Initial guess: of the multipliers too, of bounds (x) and constraints (a).
+        self.lam_x0, self.lam_a0 = np.zeros(shape), np.zeros(rows)
+        self.lam_x, self.lam_a = np.zeros(shape), np.zeros(rows)
+
+        self.solver = tracker.solver or ("piqp" if self.discs else "qrqp")
+        structure = {"h": ca.Sparsity.diag(self.weights.size), "a": sparsity}
+        options = {"error_on_fail": False} | SOLVERS[self.solver](tracker.iterations)
+        conic = ca.conic("programme", self.solver, structure, options)
+        about = {"plan": self.plan, "state": self.state, "near": self.near}
+        self.linearise = _bind(linearised, **about, a=a, lower=lower, upper=upper)
+        objective = {"h": 2 * self.weights, "g": self.gradient}
+        limits = {"a": a, "lba": lower, "uba": upper, "lbx": least, "ubx": most}
+        guess = {"x0": self.plan, "lam_x0": self.lam_x0, "lam_a0": self.lam_a0}
+        found = {"x": self.best, "lam_x": self.lam_x, "lam_a": self.lam_a}
+        self.optimise = _bind(conic, **objective, **limits, **guess, **found)
+
+    def set_objective(self, wanted):
+        """Weigh what differs from the reference's rows of u and z, see `preview`."""
+        self.gradient[:, :7] = -2 * self.weights[:, :7] * wanted
+
+    def set_state(self, pose, wheels):
+        """Let plans begin at a pose with wheel speeds (m/s)."""
+        self.state[:] = *pose, *wheels
+
+    def solve(self):
+        """Find the best plan; what the solver says of it."""
+        if self.solved:
+            self._guess_from_prediction()
+        else:
+            self._guess_standing_still()
+        for _ in range(1 if self.solved else FIRST_PROGRAMMES):
+            self._choose_discs()
+            self.linearise()
+            status = self.optimise().stats()
+            if not status["success"]:
+                break
+            self.plan[:] = self.best
+        self.solved = status["success"]
+        return status["return_status"]
+
+    def _guess_from_prediction(self):
+        """Move the best plan, and its multipliers, on by one step."""
+        pairs = (self.plan, self.best), (self.lam_x0, self.lam_x), (self.lam_a0, self.lam_a)
+        for now, last in pairs:
+            now[:-1], now[-1] = last[1:], last[-1]
+
+    def _guess_standing_still(self):
+        """Without a prediction, stand still: a plan that enters no disc."""
+        self.plan[:, :7] = 0, 0, *self.state[:3], 0, 0
+        self.lam_x0[:] = self.lam_a0[:] = 0
+
+    def _choose_discs(self):
+        """Keep out of the discs nearest to the plan."""
+        if self.discs < len(self.circles):
+            apart = np.linalg.norm(self.plan[:, None, 2:4] - self.circles[:, :2], axis=-1)
+            clearance = (apart - self.circles[:, 2]).min(0)
+            self.near[:] = self.circles[np.argpartition(clearance, self.discs)[: self.discs]]
+
+
+def _circles(obstacles, robot):
+    """Centres and radii (m) of what the robot's centre keeps out of, shape (n, 3)."""
+    discs = obstacles.obstacles if obstacles else ()
+    circles = [(*disc.center, disc.radius + robot.radius) for disc in discs]
+    return np.reshape(circles, (-1, 3))
+
+
+def _weights(tracker, shape):
+    """Weights of the squares of a plan; none of the slack's."""
+    weights = np.zeros(shape)
+    weights[:, :2] = tracker.acceleration
+    weights[:, 2:4] = 1
+    weights[:, 4] = tracker.heading
+    weights[-1, 2:5] *= tracker.terminal
+    return weights
+
+
+def _bounds(robot, shape):
+    """Least and largest values of a plan: the limits of the wheels, and a slack that is no gain."""
+    most = np.full(shape, np.inf)
+    most[:, :2] = robot.max_wheel_acceleration
+    most[:, 5:7] = robot.max_wheel_speed
+    least = -most
+    least[:, 7:] = 0
+    return least, most
+
+
+def _previewer(reference, robot, dt, horizon):
+    """``look_ahead(t)``, the `preview` of a horizon: read off a table at the steps of a run."""
+    table = preview(reference, robot, dt, 0, len(reference.steps(dt)) + horizon)
+
+    def look_ahead(t):
+        step = round(t / dt)
+        if step * dt == t and 0 <= step <= len(table) - horizon:
+            return table[step : step + horizon]
+        return preview(reference, robot, dt, t, horizon)
+
+    return look_ahead
 
 
 def preview(reference, robot, dt, t, steps):
@@ -315,7 +366,7 @@ def linearisation(motion, horizon, discs):
     motion : casadi.Function
         Model of a time step.
     horizon, discs : int
-        Number of steps and of discs to keep out of.
+        Count of steps, and of discs to keep out of.
 
     Returns
     -------
@@ -369,11 +420,11 @@ def _bind(function, **arrays):
         Without arguments: evaluates, and returns the buffer, for its ``stats()``.
     """
     buffer, evaluate = function.buffer()
-    for name, array in arrays.items():
-        if name in function.name_in():
-            buffer.set_arg(function.index_in(name), memoryview(array))
+    for argument, array in arrays.items():
+        if argument in function.name_in():
+            buffer.set_arg(function.index_in(argument), memoryview(array))
         else:
-            buffer.set_res(function.index_out(name), memoryview(array))
+            buffer.set_res(function.index_out(argument), memoryview(array))
 
     def call():
         evaluate()
