@@ -153,12 +153,12 @@ def _has_shape(found, shape):
 
 
 def seed(value):
-    """`value` as a seed and the number of the first robot; `InvalidParameter` for anything else.
+    """`value` as a seed and the index of the first robot; `InvalidParameter` for anything else.
 
     Parameters
     ----------
     value : int or (int, int)
-        Seed, and optionally the number of the first robot, which is 0 by default.
+        Seed, and optionally the index of the first robot, which is 0 by default.
     """
     pair = value if isinstance(value, tuple | list) else (value, 0)
     try:
@@ -166,6 +166,6 @@ def seed(value):
     except (InvalidParameter, ValueError):
         raise InvalidParameter(
             f"seed is {shown(value)}; give a whole number from 0 on, or a pair of them: "
-            "the seed, and the number of the first robot"
+            "the seed, and the index of the first robot"
         ) from None
     return entropy, first

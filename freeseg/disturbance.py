@@ -30,10 +30,10 @@ class Disturbance:
     heading_noise : float
         Standard deviation of the measured heading (rad), likewise.
     slip : float or pair of float
-        Share of a wheel's way that is lost, below 1; negative if it slides on.
+        Share of a wheel's travel that is lost, below 1; negative if it slides on.
     slip_fluctuation : float
         Standard deviation of the random share that is added to it, wheel by
-        wheel: an Ornstein-Uhlenbeck process, stationary from the start. The
+        wheel: an Ornstein-Uhlenbeck process, stationary from the first sample on. The
         sum is kept within -1 and 1.
     slip_time : float
         Correlation time of this process (s).
@@ -157,8 +157,8 @@ class Disturbance:
         noise : ndarray, shape (3, *shape)
             What is added to x, y (m) and heading (rad).
         rolled : ndarray, shape (2, *shape) or (2, 1)
-            Way over the ground of the right and the left wheel, relative to
-            the way that turning without slip and with the robot's own wheel
+            Distance over the ground of the right and the left wheel, relative
+            to that which turning without slip and with the robot's own wheel
             radius would make.
         """
         ones = (1,) * len(shape)
@@ -188,7 +188,7 @@ def normals(seed, shape, samples):
     Parameters
     ----------
     seed : int or (int, int)
-        Seed, and the number of the first robot; 0 if there is none.
+        Seed, and the index of the first robot; 0 if there is none.
     shape : tuple of int
         ``()`` for one robot, ``(n,)`` for a batch.
     samples : int
@@ -197,13 +197,13 @@ def normals(seed, shape, samples):
     Yields
     ------
     ndarray, shape (5, *shape)
-        One sample. A robot's depend on the seed and on its number alone, not
+        One sample. A robot's depend on the seed and on its index alone, not
         on who else is in the batch nor on how many samples are asked for.
     """
     entropy, first = checks.seed(seed)
     streams = [
-        np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(first + number,)))
-        for number in range(int(np.prod(shape)))
+        np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(first + index,)))
+        for index in range(int(np.prod(shape)))
     ]
     for begin in range(0, samples, BLOCK):
         drawn = np.empty((len(streams), min(BLOCK, samples - begin), CHANNELS))

@@ -86,22 +86,21 @@ def tracking(run, world=None, since=0.0, until=np.inf):
             f"since is {since!r} and until {until!r}; give times (s) with steps of the run "
             f"between them, which lasts {run.t[-1]:g} s"
         )
-    settled = np.hypot(run.error[0], run.error[1]) < SETTLED
-    # The first time of the last unbroken stretch that is settled.
-    unsettled = np.where(settled.all(-1), 0, settled.shape[-1] - np.argmin(settled[..., ::-1], -1))
-    settling = np.append(run.t, np.inf)[unsettled]
-    x_e, y_e, alpha_e = run.error[..., part]
+    errors = _error_numbers(run.error[..., part])
+    values = errors | {"settling_time_s": _settling_time(run)} | _wheel_numbers(run, part)
+    if world is not None:
+        points = shapely.points(np.moveaxis(run.pose[:2][..., part], 0, -1))
+        values["clearance_m"] = world.distances(points[..., None]).min((-1, -2), initial=np.inf)
+    return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}
+
+
+def _error_numbers(error):
+    """Numbers of the tracking error (7), shape (3, ..., N)."""
+    x_e, y_e, alpha_e = error
     position, heading = np.hypot(x_e, y_e), np.abs(alpha_e)
     along = np.cos(alpha_e) * x_e + np.sin(alpha_e) * y_e
     across = np.cos(alpha_e) * y_e - np.sin(alpha_e) * x_e
-    dt = run.t[1] - run.t[0]
-    changes, steps = (
-        np.abs(np.diff(speeds, axis=-1, prepend=0.0))[..., part]
-        for speeds in (run.wheels, run.asked)
-    )
-    limited = steps >= run.robot.max_wheel_acceleration * dt * (1 - AT_LIMIT)
-    limited |= np.abs(run.asked[..., part]) >= run.robot.max_wheel_speed * (1 - AT_LIMIT)
-    values = {
+    return {
         "position_rms_m": np.sqrt((position**2).mean(-1)),
         "position_max_m": position.max(-1),
         "position_final_m": position[..., -1],
@@ -109,14 +108,30 @@ def tracking(run, world=None, since=0.0, until=np.inf):
         "cross_track_rms_m": np.sqrt((across**2).mean(-1)),
         "heading_rms_rad": np.sqrt((heading**2).mean(-1)),
         "heading_final_rad": heading[..., -1],
-        "settling_time_s": settling,
+    }
+
+
+def _settling_time(run):
+    """First time of the last unbroken stretch that is settled (s); infinite if there is none."""
+    settled = np.hypot(run.error[0], run.error[1]) < SETTLED
+    unsettled = np.where(settled.all(-1), 0, settled.shape[-1] - np.argmin(settled[..., ::-1], -1))
+    return np.append(run.t, np.inf)[unsettled]
+
+
+def _wheel_numbers(run, part):
+    """Numbers of the wheels and of what they are asked for, over a part of a run."""
+    dt = run.t[1] - run.t[0]
+    # From rest: the first change is that to the first speed.
+    changes, steps = (
+        np.abs(np.diff(speeds, axis=-1, prepend=0.0))[..., part]
+        for speeds in (run.wheels, run.asked)
+    )
+    limited = steps >= run.robot.max_wheel_acceleration * dt * (1 - AT_LIMIT)
+    limited |= np.abs(run.asked[..., part]) >= run.robot.max_wheel_speed * (1 - AT_LIMIT)
+    return {
         "wheel_speed_max_m_s": np.abs(run.wheels[..., part]).max((0, -1)),
         "wheel_acceleration_max_m_s2": changes.max((0, -1)) / dt,
         "wheel_acceleration_rms_m_s2": np.sqrt((changes**2).mean(-1).mean(0)) / dt,
         "wheel_variation_m_s": changes.sum(-1).max(0),
         "limited_share": limited.any(0).mean(-1),
     }
-    if world is not None:
-        points = shapely.points(np.moveaxis(run.pose[:2][..., part], 0, -1))
-        values["clearance_m"] = world.distances(points[..., None]).min((-1, -2), initial=np.inf)
-    return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}

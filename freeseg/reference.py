@@ -21,7 +21,8 @@ SPEED, ACCELERATION = 0.1, 0.2
 #: most on it, and the path moves by half a millimetre. An assumption.
 SMOOTHING = 0.03
 
-#: Way between two places where the speed is limited (m), and how many a short path has at least.
+#: Distance between two places where the speed is limited (m), and how many intervals between
+#: them a short path has at least.
 SPACING, LEAST_INTERVALS = 0.0005, 200
 
 #: Time between two points of a reference (s), and how many points a slow one has at most.
@@ -75,10 +76,10 @@ class Reference:
             raise InvalidParameter(
                 f"reference has times {self.t!r}; give two or more, increasing from zero"
             )
-        for name in Sample._fields:
-            array, shape = getattr(self, name), (3, n) if name == "pose" else (n,)
+        for signal in Sample._fields:
+            array, shape = getattr(self, signal), (3, n) if signal == "pose" else (n,)
             if np.shape(array) != shape or not np.isfinite(array).all():
-                raise InvalidParameter(f"reference {name} needs finite numbers of shape {shape}")
+                raise InvalidParameter(f"reference {signal} needs finite numbers of shape {shape}")
 
     @property
     def duration(self):
@@ -124,13 +125,13 @@ class Reference:
         """
         steps = self.steps(dt) if dt > 0 else np.empty(0)
         ahead = self.at(np.stack([steps, steps + dt / 2], -1))
-        numbers = {t: number for number, t in enumerate(steps.tolist())}
+        indices = {t: index for index, t in enumerate(steps.tolist())}
 
         def look(t):
-            number = numbers.get(t)
-            if number is None:
+            index = indices.get(t)
+            if index is None:
                 return self.at([t, t + dt / 2])
-            return Sample(*(values[..., number, :] for values in ahead))
+            return Sample(*(values[..., index, :] for values in ahead))
 
         return look
 
@@ -185,7 +186,7 @@ def make_reference(
     -----
     The largest v^2 at every place comes from one pass forwards and one
     backwards: from each place on, to either side, v^2 rises by at most twice
-    the acceleration per way. A ramp of the curvature changes the wheel speeds
+    the acceleration per metre. A ramp of the curvature changes the wheel speeds
     at constant v, too. It may take what v' leaves of the wheels'
     acceleration, and v' takes at most half of it where the path bends: not
     the fastest law, but one that keeps the limits everywhere.
@@ -204,6 +205,30 @@ def make_reference(
     (11.81, 0.41)
     """
     robot = as_robot(robot)
+    speed, acceleration = _check_rates(robot, speed, acceleration)
+    ends = [
+        checks.not_negative("start_speed", start_speed),
+        checks.not_negative("end_speed", end_speed),
+    ]
+    checks.instance("path", path, Path, "a Path, such as plan.path")
+    # A path shorter than that is averaged over its own length.
+    width = min(checks.not_negative("smoothing", smoothing), path.length)
+    course = moving_average(path, width)
+    s = _nodes(path, width, speed, acceleration)
+    shift = _check_shift(path, course, s, robot, world) if width else 0.0
+
+    # Seen from just inside either end of every interval, for at the ends there may be jumps.
+    inside = course(s[:-1, None] + np.diff(s)[:, None] * [1e-6, 1 - 1e-6])
+    most, steepest = _limits(inside, robot, speed, acceleration)
+    # At a node, those on both of its sides hold.
+    most = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
+    lengths = np.diff(s) * inside.stretch.mean(1)
+    v = _fastest(most, 2 * steepest * lengths, s, ends)
+    return _timed(course, s, lengths, v, shift)
+
+
+def _check_rates(robot, speed, acceleration):
+    """Speed and acceleration as floats; `InvalidParameter` unless the wheels can do them."""
     speed = checks.positive("speed", speed)
     acceleration = checks.positive("acceleration", acceleration)
     for name, value, limit, unit in (
@@ -214,50 +239,35 @@ def make_reference(
             raise InvalidParameter(
                 f"{name} is {value:g} {unit}; the robot's wheels reach at most {limit:.4f} {unit}"
             )
-    ends = [
-        checks.not_negative("start_speed", start_speed),
-        checks.not_negative("end_speed", end_speed),
-    ]
-    checks.instance("path", path, Path, "a Path, such as plan.path")
-    # A path shorter than that is averaged over its own length.
-    width = min(checks.not_negative("smoothing", smoothing), path.length)
-    course = moving_average(path, width)
-    # The curvature's rate jumps where the window reaches a joint, and where it leaves it.
+    return speed, acceleration
+
+
+def _nodes(path, width, speed, acceleration):
+    """Arc lengths of a path (m) where the speed is limited, from zero on.
+
+    Parameters
+    ----------
+    path : Path
+        What to follow.
+    width : float
+        Width of the moving average's window (m).
+    speed, acceleration : float
+        Cruising speed (m/s) and the rate at which it is gained from rest (m/s^2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    # The curvature's rate jumps where the window comes to a joint, and where it leaves it.
     breaks = np.clip(np.add.outer(path.joints, [-width / 2, 0, width / 2]), 0, path.length)
     count = int(np.clip(np.ceil(path.length / SPACING), LEAST_INTERVALS, MOST_POINTS))
-    # From rest, the speed is reached after this way, which may be far below the spacing.
+    # The ramps at the ends may be far shorter than the spacing.
     ramp = min(speed**2 / acceleration, path.length) / 2
     s = np.linspace(0, path.length, count + 1)
     s = np.union1d(s, [*breaks.flat, ramp, path.length - ramp])
     s = s[np.diff(s, append=np.inf) > 1e-12 * path.length]
     s[0] = 0
-    shift = _check_shift(path, course, s, robot, world) if width else 0.0
-
-    # Seen from just inside either end of every interval, for at the ends there may be jumps.
-    inside = course(s[:-1, None] + np.diff(s)[:, None] * [1e-6, 1 - 1e-6])
-    most, steepest = _limits(inside, robot, speed, acceleration)
-    # At a node, those on both of its sides hold.
-    most = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
-    way = np.diff(s) * inside.stretch.mean(1)
-    v = _fastest(most, 2 * steepest * way, s, ends)
-
-    times = np.append(0, np.cumsum(2 * way / (v[1:] + v[:-1])))
-    t = np.linspace(0, times[-1], int(min(np.ceil(times[-1] / GRID) + 1, MOST_POINTS)))
-    interval = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(way) - 1)
-    v_dot = (np.diff(v**2) / (2 * way))[interval]
-    since = t - times[interval]
-    passed = since * (v[interval] + v_dot * since / 2) / way[interval]
-    here = course(s[interval] + np.diff(s)[interval] * np.minimum(passed, 1))
-    v = v[interval] + v_dot * since
-    return Reference(
-        t,
-        np.stack([here.x, here.y, here.theta]),
-        v,
-        v * here.curvature,
-        v_dot,
-        v_dot * here.curvature + v**2 * here.curvature_rate,
-        shift,
-    )
+    return s
 
 
 def _check_shift(path, course, s, robot, world):
@@ -272,8 +282,8 @@ def _check_shift(path, course, s, robot, world):
     points = np.stack([smooth.x, smooth.y], -1)
     # What the chords between the points cut off from the curve.
     sag = np.abs(smooth.curvature).max() * np.diff(s).max() ** 2 / 8
-    way = shapely.linestrings(points)
-    _, met, distance = world.near(np.array([way]), robot.radius + sag)
+    route = shapely.linestrings(points)
+    _, met, distance = world.near(np.array([route]), robot.radius + sag)
     if len(met):
         nearest = np.argmin(distance)
         place = s[np.argmin(shapely.distance(shapely.points(points), world.cores[met[nearest]]))]
@@ -324,16 +334,55 @@ def _fastest(most, climb, s, ends):
     for name, node in (("start_speed", 0), ("end_speed", -1)):
         others = wanted.copy()
         others[node] = most[node]
-        reach = others + np.abs(climb - climb[node])
-        limit = np.argmin(reach)
-        if wanted[node] > reach[limit] * (1 + 1e-9):
+        bound = others + np.abs(climb - climb[node])
+        limit = np.argmin(bound)
+        if wanted[node] > bound[limit] * (1 + 1e-9):
             raise InvalidParameter(
                 f"{name} is {wanted[node] ** 0.5:g} m/s; at {s[limit]:.4f} m the speed is at most "
-                f"{others[limit] ** 0.5:.4f} m/s, and so {reach[limit] ** 0.5:.4f} m/s at this end"
+                f"{others[limit] ** 0.5:.4f} m/s, and so {bound[limit] ** 0.5:.4f} m/s at this end"
             )
     forwards = np.minimum.accumulate(wanted - climb) + climb
     backwards = np.minimum.accumulate((wanted + climb)[::-1])[::-1] - climb
     return np.sqrt(np.minimum(forwards, backwards))
+
+
+def _timed(course, s, lengths, v, shift):
+    """The reference along a course, whose v^2 is linear between the nodes.
+
+    Parameters
+    ----------
+    course : callable
+        The curve, see `moving_average`.
+    s : ndarray, shape (n,)
+        Where the nodes are (m).
+    lengths : ndarray, shape (n - 1,)
+        Length of the curve from node to node (m).
+    v : ndarray, shape (n,)
+        Speed at the nodes (m/s).
+    shift : float
+        How far the course is from the path at most (m).
+
+    Returns
+    -------
+    Reference
+    """
+    times = np.append(0, np.cumsum(2 * lengths / (v[1:] + v[:-1])))
+    t = np.linspace(0, times[-1], int(min(np.ceil(times[-1] / GRID) + 1, MOST_POINTS)))
+    interval = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(lengths) - 1)
+    v_dot = (np.diff(v**2) / (2 * lengths))[interval]
+    since = t - times[interval]
+    passed = since * (v[interval] + v_dot * since / 2) / lengths[interval]
+    here = course(s[interval] + np.diff(s)[interval] * np.minimum(passed, 1))
+    v = v[interval] + v_dot * since
+    return Reference(
+        t,
+        np.stack([here.x, here.y, here.theta]),
+        v,
+        v * here.curvature,
+        v_dot,
+        v_dot * here.curvature + v**2 * here.curvature_rate,
+        shift,
+    )
 
 
 def tracking_error(reference_pose, pose):

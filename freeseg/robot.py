@@ -118,7 +118,7 @@ class KheperaIV:
         return 0.5 * (right + left), (right - left) / self.wheel_base
 
     def saturate(self, wheels, previous, dt):
-        """Wheel speeds that the motors reach within one time step.
+        """Wheel speeds that the motors get to within one time step.
 
         A command above the speed limit is scaled down as a whole, so that
         the curvature of the motion stays; each wheel then changes from its
@@ -134,13 +134,13 @@ class KheperaIV:
         Returns
         -------
         ndarray, shape (2, ...)
-            Reached wheel speeds (m/s).
+            Wheel speeds (m/s) at the end of it.
         """
         wheels, previous = np.asarray(wheels, float), np.asarray(previous, float)
         fastest = np.maximum(np.abs(wheels[0]), np.abs(wheels[1]))
         target = wheels * (self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed))
-        reach = self.max_wheel_acceleration * dt
-        return previous + np.clip(target - previous, -reach, reach)
+        largest_change = self.max_wheel_acceleration * dt
+        return previous + np.clip(target - previous, -largest_change, largest_change)
 
     def move(self, pose, wheels, dt):
         """Pose after driving with constant wheel speeds: an exact arc.

@@ -30,7 +30,7 @@ class Run:
         True x, y (m) and heading (rad, not wrapped).
     wheels : ndarray, shape (2, N) [(2, n, N)]
         Right and left wheel speed (m/s) driven from each time on; at the
-        last time, those that it was reached with. They are what the motors
+        last time, those of the step before. They are what the motors
         turn, times the robot's own wheel radius: before slip, and whatever
         the true radius is. With lag, the mean over each time step.
     robot : KheperaIV
@@ -85,14 +85,14 @@ def simulate(
     dt : float, optional
         Time step (s).
     initial_offset : array_like, shape (3,) or (3, n)
-        Where the robot starts, seen from the reference's first pose: ahead
+        Where the robot begins, seen from the reference's first pose: ahead
         and to the left (m), turned counter-clockwise (rad). With n columns,
         n robots are simulated at once.
     disturbance : Disturbance, optional
         What keeps the robot from doing what it is told.
     seed : int or (int, int), optional
         Seed of its random numbers. Each robot of a batch has its own, which
-        depend on the seed and on the robot's number in the batch, from 0 on:
+        depend on the seed and on the robot's index in the batch, from 0 on:
         robot k of a batch with seed s is, bit for bit, the single robot with
         the seed (s, k), and a batch with that seed begins at robot k.
 
@@ -120,7 +120,7 @@ def simulate(
 
     With lag, the wheel speeds vary within a time step. They decay towards
     the constant speeds asked for, which is integrated exactly: their mean
-    makes the way and the turn of the step. The arc driven has that length
+    makes the length and the turn of the step. The arc driven has that length
     and that turn; only its shape is taken for a circle's. At 0.1 m/s, that
     moves the end of a step of 50 ms by less than 0.1 mm, even while the
     wheels change as fast as they can in opposite senses.
@@ -140,20 +140,11 @@ def simulate(
         raise InvalidParameter(
             f"dt is {dt} s, over {MOST_STEPS:g} steps for {reference.duration:.3f} s; lengthen it"
         )
-    ahead, left, turned = offset = checks.array(
-        "initial_offset", initial_offset, *POSES, unit=POSE_UNITS
-    )
-    disturbance, _ = as_disturbance(disturbance), checks.seed(seed)
+    offset = checks.array("initial_offset", initial_offset, *POSES, unit=POSE_UNITS)
+    disturbance, seed = as_disturbance(disturbance), checks.seed(seed)
     disturbance.delayed_steps(dt)
     wanted = reference.at(reference.steps(dt)).pose
-    (x, y, theta), (ahead, left, turned) = wanted[:, 0], offset
-    first = np.stack(
-        [
-            x + ahead * np.cos(theta) - left * np.sin(theta),
-            y + ahead * np.sin(theta) + left * np.cos(theta),
-            theta + turned,
-        ]
-    )
+    first = _offset_pose(wanted[:, 0], offset)
     law = tracker.start(reference, robot, dt)
     run = drive(law, first, dt, wanted.shape[1] - 1, robot, disturbance, seed)
     target = wanted[:, None] if offset.ndim == 2 else wanted
@@ -170,11 +161,11 @@ def drive(law, pose, dt, steps, robot=None, disturbance=None, seed=0):
         (m/s, rad/s), with the time (s) and the measured pose, of the shape
         of `pose`.
     pose : array_like, shape (3,) or (3, n)
-        Where the robot, or each of n robots, starts: x, y (m), heading (rad).
+        Where the robot, or each of n robots, begins: x, y (m), heading (rad).
     dt : float
         Time step (s), for which each command is held.
     steps : int
-        Number of time steps.
+        How many time steps.
     robot, disturbance, seed
         As for `simulate`.
 
@@ -216,12 +207,24 @@ def drive(law, pose, dt, steps, robot=None, disturbance=None, seed=0):
         command = robot.to_wheels(*law(t[step], measured[step])).reshape(form)
         asked[step], wheels[step] = motors.follow(command)
         poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)
-    # Those that the last time was reached with.
+    # At the last time, those of the step before.
     wheels[-1], asked[-1] = wheels[-2], asked[-2]
     poses, wheels = _time_last(poses), _time_last(wheels)
     measured = _time_last(measured) if disturbance.noisy else poses
     asked = _time_last(asked) if disturbance.lag else wheels
     return Run(t, poses, wheels, robot, measured, asked)
+
+
+def _offset_pose(pose, offset):
+    """Pose that is ahead, to the left (m) and turned (rad) by an offset, seen from a pose."""
+    (x, y, theta), (ahead, left, turned) = pose, offset
+    return np.stack(
+        [
+            x + ahead * np.cos(theta) - left * np.sin(theta),
+            y + ahead * np.sin(theta) + left * np.cos(theta),
+            theta + turned,
+        ]
+    )
 
 
 class _Motors:

@@ -13,8 +13,8 @@ from freeseg.path import Arc, Line, Path
 class Course(NamedTuple):
     """Where a curve is at parameters s, and how it changes there; shapes (...).
 
-    Position x, y (m) and heading theta (rad); way along the curve per s;
-    curvature, the turn per way (1/m), and its rate per way (1/m^2).
+    Position x, y (m) and heading theta (rad); stretch, the length of the curve
+    per s; curvature, the turn per length (1/m), and its rate per length (1/m^2).
     """
 
     x: np.ndarray
@@ -30,7 +30,7 @@ def moving_average(path, width):
 
     The average of the position has a box filter's tangent and so, but for
     the turn within a window, a box filter's curvature: its steps become
-    ramps as long as the window. Nothing adds up along the way: lines stay
+    ramps as long as the window. Nothing adds up along the path: lines stay
     where they are but for half a window at their ends, and so do the path's
     ends.
 
@@ -62,26 +62,14 @@ def moving_average(path, width):
     average begins and ends where the path does.
     """
     if not width:
-
-        def course(s):
-            x, y, theta, curvature = path.at(s)
-            return Course(x, y, theta, np.ones_like(x), curvature, np.zeros_like(x))
-
-        return course
-
+        return _unsmoothed(path)
     for begin, piece in zip(path.joints, path.pieces, strict=False):
         if width * abs(piece.curvature) > 1:
             raise InvalidParameter(
                 f"smoothing is {width:g} m, longer than the radius {piece.radius:g} m of the arc "
                 f"that begins at {begin:.4f} m; give at most that"
             )
-    longer = Path(
-        [
-            *(_mirrored(piece, path.start) for piece in reversed(path.pieces)),
-            *path.pieces,
-            *(_mirrored(piece, path.end) for piece in reversed(path.pieces)),
-        ]
-    )
+    longer = _continued(path)
 
     def course(s):
         s = np.asarray(s, float)
@@ -104,6 +92,23 @@ def moving_average(path, width):
     return course
 
 
+def _unsmoothed(path):
+    """The path itself as a course, with its steps of the curvature."""
+
+    def course(s):
+        x, y, theta, curvature = path.at(s)
+        return Course(x, y, theta, np.ones_like(x), curvature, np.zeros_like(x))
+
+    return course
+
+
+def _continued(path):
+    """A path between its mirror images through both of its ends."""
+    before = [_mirrored(piece, path.start) for piece in reversed(path.pieces)]
+    after = [_mirrored(piece, path.end) for piece in reversed(path.pieces)]
+    return Path([*before, *path.pieces, *after])
+
+
 def _mirrored(piece, point):
     """A piece's image through a point, driven so that the other end comes first."""
     x, y = 2 * point[0], 2 * point[1]
@@ -115,19 +120,20 @@ def _mirrored(piece, point):
 
 def _primitive(path, s):
     """Integral of the position along a path, shape (2, ...), but for a constant."""
-    index = np.searchsorted(path.joints[1:-1], s, side="right")
+    interval = np.searchsorted(path.joints[1:-1], s, side="right")
     total, before = np.empty((2, *s.shape)), np.zeros(2)
-    for number, piece in enumerate(path.pieces):
-        here = index == number
-        along = np.append(s[here] - path.joints[number], piece.length)
+    for index, piece in enumerate(path.pieces):
+        here = interval == index
+        along = np.append(s[here] - path.joints[index], piece.length)
         if isinstance(piece, Line):
-            way = np.outer(piece.start, along)
-            way += np.outer(np.subtract(piece.end, piece.start) / piece.length, along**2 / 2)
+            integral = np.outer(piece.start, along)
+            integral += np.outer(np.subtract(piece.end, piece.start) / piece.length, along**2 / 2)
         else:
             angle = piece.start_angle + piece.curvature * along
             arc = np.stack([np.sin(angle), -np.cos(angle)])
             first = [[math.sin(piece.start_angle)], [-math.cos(piece.start_angle)]]
-            way = np.outer(piece.center, along) + piece.radius / piece.curvature * (arc - first)
-        total[:, here] = before[:, None] + way[:, :-1]
-        before += way[:, -1]
+            turned = piece.radius / piece.curvature * (arc - first)
+            integral = np.outer(piece.center, along) + turned
+        total[:, here] = before[:, None] + integral[:, :-1]
+        before += integral[:, -1]
     return total

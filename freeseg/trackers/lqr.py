@@ -39,8 +39,8 @@ class Lqr:
     Raises
     ------
     InvalidParameter
-        For a weight, or a time step at the start of a run, that is not
-        positive and finite.
+        For a weight, or a time step of a run, that is not positive and
+        finite.
 
     Notes
     -----

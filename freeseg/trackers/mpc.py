@@ -115,10 +115,10 @@ class Mpc:
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1))
         if self.obstacles is not None:
             checks.instance("obstacles", self.obstacles, World, "a World of discs")
-            for position, obstacle in enumerate(self.obstacles, 1):
+            for index, obstacle in enumerate(self.obstacles, 1):
                 if not isinstance(obstacle, Disc):
                     raise InvalidParameter(
-                        f"obstacle {position} is a {type(obstacle).__name__}, and the MPC keeps out "
+                        f"obstacle {index} is a {type(obstacle).__name__}, and the MPC keeps out "
                         "of discs only; give a disc round it"
                     )
         if self.solver is not None:

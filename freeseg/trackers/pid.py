@@ -18,7 +18,7 @@ class Pid:
 
     Near the reference, the speed acts on x_e through 1/s, where a derivative
     would only scale the gain, and the turn rate on y_e through v_r/s^2. The
-    lateral gains are per way driven, not per time: over time, P grows with
+    lateral gains are per metre driven, not per time: over time, P grows with
     v_r and I with v_r^2, so that the loop keeps its shape at every speed.
     Without the integrals, and where `approach` bounds nothing, this is the law
     of `Kanayama`.
@@ -35,9 +35,9 @@ class Pid:
     kp_y : float
         Curvature for y_e (1/m^2).
     ki_y : float
-        Curvature for the integral of y_e over the way (1/m^3).
+        Curvature for the integral of y_e over the arc length (1/m^3).
     kd_y : float
-        Curvature for sin(alpha_e), the rate of y_e over the way (1/m).
+        Curvature for sin(alpha_e), the rate of y_e over the arc length (1/m).
     approach : float
         Steepest angle at which the robot is sent towards the path (rad),
         below pi / 2: it bounds the sum of P and I of y_e.
@@ -80,7 +80,7 @@ class Pid:
         error : array_like, shape (3, ...)
             x_e, y_e (m) and alpha_e (rad).
         integrals : sequence of 2 array_like, shape (...)
-            Of x_e over time (m s), and of y_e over the way (m^2).
+            Of x_e over time (m s), and of y_e over the arc length (m^2).
         v_r, omega_r : float
             Speed (m/s) and turn rate (rad/s) of the reference.
 

@@ -55,13 +55,13 @@ class PurePursuit:
     def start(self, reference, robot, dt):
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
-        way = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
-        way = np.concatenate([[0.0], way])
-        reach = way + self.lookahead
-        beyond = np.maximum(reach - way[-1], 0)
+        arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
+        arc_length = np.concatenate([[0.0], arc_length])
+        ahead = arc_length + self.lookahead
+        beyond = np.maximum(ahead - arc_length[-1], 0)
         x, y, theta = reference.pose
-        goal_x = np.interp(reach, way, x) + beyond * np.cos(theta[-1])
-        goal_y = np.interp(reach, way, y) + beyond * np.sin(theta[-1])
+        goal_x = np.interp(ahead, arc_length, x) + beyond * np.cos(theta[-1])
+        goal_y = np.interp(ahead, arc_length, y) + beyond * np.sin(theta[-1])
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, _, _, _) = see(t, pose)

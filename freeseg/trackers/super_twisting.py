@@ -30,8 +30,8 @@ class SuperTwisting:
     Raises
     ------
     InvalidParameter
-        For a gain, or a time step at the start of a run, that is not
-        positive and finite.
+        For a gain, or a time step of a run, that is not positive and
+        finite.
 
     Notes
     -----
