@@ -7,24 +7,29 @@ bools are not. Zero is a value, unless it makes no sense.
 
 import math
 import operator
+from collections.abc import Callable, Collection
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from freeseg.errors import InvalidParameter
+from freeseg.errors import FreesegError, InvalidParameter
+
+Kind = TypeVar("Kind")
 
 #: Longer values are cut in messages, so that the remedy is read.
 LONGEST = 200
 
 
-def shown(value):
+def shown(value: object) -> str:
     """What a message shows of a value: its `repr`, cut where that is long."""
     text = repr(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
-def as_float(value):
+def as_float(value: Any) -> float:
     """`value` as a float; NaN for what is not one number."""
-    if isinstance(value, str | bytes | bool | np.bool_) or getattr(value, "ndim", 0):
+    if isinstance(value, str | bytes | bool | np.bool_) or getattr(value, "ndim", 0) > 0:
         return math.nan
     try:
         return float(value)
@@ -32,7 +37,13 @@ def as_float(value):
         return math.nan
 
 
-def number(name, value, valid=lambda found: True, remedy="a finite number", error=InvalidParameter):
+def number(
+    name: str,
+    value: object,
+    valid: Callable[[float], bool] = lambda found: True,
+    remedy: str = "a finite number",
+    error: type[FreesegError] = InvalidParameter,
+) -> float:
     """`value` as a float, or the error.
 
     Parameters
@@ -54,17 +65,19 @@ def number(name, value, valid=lambda found: True, remedy="a finite number", erro
     return found
 
 
-def positive(name, value, error=InvalidParameter):
+def positive(name: str, value: object, error: type[FreesegError] = InvalidParameter) -> float:
     """`value` as a float, or the error unless positive and finite."""
     return number(name, value, lambda found: found > 0, "a positive finite number", error)
 
 
-def not_negative(name, value):
+def not_negative(name: str, value: object) -> float:
     """`value` as a float; `InvalidParameter` unless finite, and zero or more."""
     return number(name, value, lambda found: found >= 0, "a finite number, zero or more")
 
 
-def numbers(name, values, size, error=InvalidParameter):
+def numbers(
+    name: str, values: Any, size: int, error: type[FreesegError] = InvalidParameter
+) -> tuple[float, ...]:
     """`values` as a tuple of so many finite floats, or the error."""
     try:
         found = tuple(map(as_float, values))
@@ -75,7 +88,7 @@ def numbers(name, values, size, error=InvalidParameter):
     return found
 
 
-def whole(name, value, least=0, remedy=None):
+def whole(name: str, value: Any, least: int = 0, remedy: str | None = None) -> int:
     """`value` as an int; `InvalidParameter` unless whole and at least `least`."""
     try:
         found = operator.index(value)
@@ -87,28 +100,40 @@ def whole(name, value, least=0, remedy=None):
     return found
 
 
-def flag(name, value):
+def flag(name: str, value: object) -> bool:
     """`value` as a bool; `InvalidParameter` for what is none."""
     if not isinstance(value, bool | np.bool_):
         raise InvalidParameter(f"{name} is {shown(value)}; give True or False")
     return bool(value)
 
 
-def choice(name, value, choices):
+def choice(name: str, value: object, choices: Collection[str]) -> str:
     """`value`; `InvalidParameter` unless it is one of some texts."""
     if not isinstance(value, str) or value not in choices:
         raise InvalidParameter(f"{name} is {shown(value)}; choose one of {sorted(choices)}")
     return value
 
 
-def instance(name, value, kind, remedy, error=InvalidParameter):
+def instance(
+    name: str,
+    value: object,
+    kind: type[Kind],
+    remedy: str,
+    error: type[FreesegError] = InvalidParameter,
+) -> Kind:
     """`value`, or the error for what is not of a type."""
     if not isinstance(value, kind):
         raise error(f"{name} is {shown(value)}; give {remedy}")
     return value
 
 
-def array(name, values, *shapes, error=InvalidParameter, unit="m"):
+def array(
+    name: str,
+    values: ArrayLike,
+    *shapes: tuple[int | None, ...],
+    error: type[FreesegError] = InvalidParameter,
+    unit: str = "m",
+) -> np.ndarray:
     """`values` as a finite, read-only array of floats, or the error.
 
     Parameters
@@ -146,13 +171,13 @@ def array(name, values, *shapes, error=InvalidParameter, unit="m"):
     return found
 
 
-def _has_shape(found, shape):
+def _has_shape(found: np.ndarray, shape: tuple[int | None, ...]) -> bool:
     return found.ndim == len(shape) and all(
         want in (None, have) for want, have in zip(shape, found.shape, strict=True)
     )
 
 
-def seed(value):
+def seed(value: Any) -> tuple[int, int]:
     """`value` as a seed and the index of the first robot; `InvalidParameter` for anything else.
 
     Parameters

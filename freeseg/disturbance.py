@@ -1,5 +1,6 @@
 """What disturbs a robot: noise, slip, wrong sizes, lag and delay."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import exp, expm1, isclose, isfinite
 
@@ -95,11 +96,11 @@ class Disturbance:
         object.__setattr__(self, name, pair)
 
     @property
-    def noisy(self):
+    def noisy(self) -> bool:
         """Whether the measured pose differs from the true one."""
         return bool(self.position_noise or self.heading_noise)
 
-    def delayed_steps(self, dt):
+    def delayed_steps(self, dt: float) -> int:
         """Time steps by which a command is late.
 
         Parameters
@@ -121,7 +122,7 @@ class Disturbance:
             )
         return int(steps)
 
-    def lag_shares(self, dt):
+    def lag_shares(self, dt: float) -> tuple[float, float]:
         """What a time step leaves of the difference of a wheel from its target.
 
         Parameters
@@ -138,7 +139,9 @@ class Disturbance:
             return 0.0, 0.0
         return -expm1(-dt / self.lag) * self.lag / dt, exp(-dt / self.lag)
 
-    def samples(self, shape, count, dt, seed):
+    def samples(
+        self, shape: tuple[int, ...], count: int, dt: float, seed: int | tuple[int, int]
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """What disturbs measurement and wheels, sample by sample.
 
         Parameters
@@ -182,7 +185,9 @@ class Disturbance:
             yield deviation * normal[:3], radius * (1 - np.clip(slip + fluctuation, -1, 1))
 
 
-def normals(seed, shape, samples):
+def normals(
+    seed: int | tuple[int, int], shape: tuple[int, ...], samples: int
+) -> Iterator[np.ndarray]:
     """Standard normal numbers, sample by sample, each robot's its own.
 
     Parameters
@@ -213,7 +218,7 @@ def normals(seed, shape, samples):
         yield from drawn.reshape(-1, CHANNELS, *shape)
 
 
-def as_disturbance(disturbance):
+def as_disturbance(disturbance: Disturbance | None) -> Disturbance:
     """`disturbance`, none of it for None; `InvalidParameter` for anything else."""
     if disturbance is None:
         return Disturbance()

@@ -1,5 +1,7 @@
 """The errors that freeseg raises; each message names the value and the remedy."""
 
+from collections.abc import Iterable
+
 
 class FreesegError(Exception):
     """Base of every error that freeseg raises on purpose."""
@@ -34,7 +36,7 @@ class Trapped(FreesegError):
         What it tried.
     """
 
-    def __init__(self, message, steps=()):
+    def __init__(self, message: str, steps: Iterable = ()):
         super().__init__(message)
         self.steps = tuple(steps)
 
@@ -50,7 +52,7 @@ class SolverFailed(FreesegError):
         What the solver says of it.
     """
 
-    def __init__(self, message, time=float("nan"), status=""):
+    def __init__(self, message: str, time: float = float("nan"), status: str = ""):
         super().__init__(message)
         self.time = time
         self.status = status

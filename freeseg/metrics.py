@@ -5,8 +5,9 @@ import shapely
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
+from freeseg.plan import Plan
 from freeseg.simulate import Run
-from freeseg.world import check_world
+from freeseg.world import World, check_world
 
 #: A run has settled once its position error stays below this (m).
 SETTLED = 0.01
@@ -15,7 +16,7 @@ SETTLED = 0.01
 AT_LIMIT = 1e-9
 
 
-def planning(world, plan):
+def planning(world: World, plan: Plan) -> dict[str, float]:
     """Numbers of a plan.
 
     Parameters
@@ -44,7 +45,9 @@ def planning(world, plan):
     }
 
 
-def tracking(run, world=None, since=0.0, until=np.inf):
+def tracking(
+    run: Run, world: World | None = None, since: float = 0.0, until: float = np.inf
+) -> dict[str, float | np.ndarray]:
     """Numbers of a run, or of a part of it.
 
     Parameters
@@ -77,9 +80,12 @@ def tracking(run, world=None, since=0.0, until=np.inf):
     Raises
     ------
     InvalidParameter
-        For what is no run, or where no time of it counts.
+        For what is no run, one that followed no reference, or where no time
+        of it counts.
     """
     checks.instance("run", run, Run, "what simulate returns")
+    if run.error is None:
+        raise InvalidParameter("run followed no reference; give what simulate returns")
     part = slice(*np.searchsorted(run.t, [since, until]))
     if np.isnan([since, until]).any() or part.start >= part.stop:
         raise InvalidParameter(

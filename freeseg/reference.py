@@ -1,18 +1,20 @@
 """A path with a time law: what a tracker has to follow."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.path import Path
-from freeseg.robot import as_robot
+from freeseg.robot import KheperaIV, as_robot
 from freeseg.smoothing import moving_average
-from freeseg.world import check_world
+from freeseg.world import World, check_world
 
 #: Cruising speed (m/s) and acceleration along the path (m/s^2). Not published: assumptions.
 SPEED, ACCELERATION = 0.1, 0.2
@@ -82,11 +84,11 @@ class Reference:
                 raise InvalidParameter(f"reference {signal} needs finite numbers of shape {shape}")
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Time from the first to the last point (s)."""
         return float(self.t[-1])
 
-    def at(self, t):
+    def at(self, t: ArrayLike) -> Sample:
         """Reference at times, interpolated; at rest at an end beyond it.
 
         Parameters
@@ -105,11 +107,11 @@ class Reference:
         rates = (self.v, self.omega, self.v_dot, self.omega_dot)
         return Sample(pose, *(np.where(outside, 0.0, np.interp(t, self.t, rate)) for rate in rates))
 
-    def steps(self, dt):
+    def steps(self, dt: float) -> np.ndarray:
         """Times 0, dt, ... (s) up to the end, which the last passes by less than dt."""
         return dt * np.arange(int(np.ceil(self.duration / dt - 1e-9)) + 1)
 
-    def sampler(self, dt):
+    def sampler(self, dt: float) -> Callable[[float], Sample]:
         """Reference at a time and half a step later, read off at the steps of a run.
 
         Parameters
@@ -137,15 +139,15 @@ class Reference:
 
 
 def make_reference(
-    path,
-    robot=None,
-    speed=SPEED,
-    acceleration=ACCELERATION,
-    smoothing=0.0,
-    world=None,
-    start_speed=0.0,
-    end_speed=0.0,
-):
+    path: Path,
+    robot: KheperaIV | None = None,
+    speed: float = SPEED,
+    acceleration: float = ACCELERATION,
+    smoothing: float = 0.0,
+    world: World | None = None,
+    start_speed: float = 0.0,
+    end_speed: float = 0.0,
+) -> Reference:
     """Drive a path as fast as speed, acceleration and wheels allow.
 
     The paper publishes no speed and no time law: both are assumptions.
@@ -385,7 +387,7 @@ def _timed(course, s, lengths, v, shift):
     )
 
 
-def tracking_error(reference_pose, pose):
+def tracking_error(reference_pose: ArrayLike, pose: ArrayLike) -> np.ndarray:
     """Error of a pose in the robot's frame, equation (7).
 
     Parameters
@@ -405,8 +407,8 @@ def tracking_error(reference_pose, pose):
     >>> [float(round(e, 12)) for e in tracking_error((0, 1, 0), (0, 0, np.pi / 2))]
     [1.0, 0.0, -1.570796326795]
     """
-    x_r, y_r, theta_r = reference_pose
-    x, y, theta = pose
+    x_r, y_r, theta_r = np.asarray(reference_pose)
+    x, y, theta = np.asarray(pose)
     cos, sin = np.cos(theta), np.sin(theta)
     dx, dy = x_r - x, y_r - y
     return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(theta_r - theta)])

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass, field, fields
 from functools import cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.data import DATA, read_csv
@@ -11,7 +13,7 @@ from freeseg.errors import InvalidData
 
 
 @cache
-def _datasheet():
+def _datasheet() -> dict[str, float]:
     """Parameters of ``data/khepera4.csv`` in SI units."""
     to_si = {"mm": 1e-3, "rad/s": 1.0, "rad/s^2": 1.0}
     parameters = {}
@@ -24,7 +26,7 @@ def _datasheet():
     return parameters
 
 
-def _published(name):
+def _published(name: str) -> Any:
     """Dataclass field whose default stands in ``data/khepera4.csv``."""
     return field(default_factory=lambda: _datasheet()[name])
 
@@ -71,21 +73,21 @@ class KheperaIV:
             object.__setattr__(self, parameter.name, value)
 
     @property
-    def radius(self):
+    def radius(self) -> float:
         """Radius R_r of the body (m)."""
         return self.diameter / 2
 
     @property
-    def max_wheel_speed(self):
+    def max_wheel_speed(self) -> float:
         """Largest speed of a wheel over the ground (m/s)."""
         return self.max_wheel_rate * self.wheel_radius
 
     @property
-    def max_wheel_acceleration(self):
+    def max_wheel_acceleration(self) -> float:
         """Largest acceleration of a wheel over the ground (m/s^2)."""
         return self.max_wheel_rate_change * self.wheel_radius
 
-    def to_wheels(self, v, omega):
+    def to_wheels(self, v: ArrayLike, omega: ArrayLike) -> np.ndarray:
         """Wheel speeds for a body velocity, equation (8).
 
         Parameters
@@ -99,9 +101,9 @@ class KheperaIV:
             Right and left wheel speed (m/s).
         """
         difference = 0.5 * self.wheel_base * np.asarray(omega)
-        return np.stack([v + difference, v - difference])
+        return np.stack([np.add(v, difference), np.subtract(v, difference)])
 
-    def to_body(self, wheels):
+    def to_body(self, wheels: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Forward speed and turn rate for wheel speeds, equation (1).
 
         Parameters
@@ -117,7 +119,7 @@ class KheperaIV:
         right, left = np.asarray(wheels, float)
         return 0.5 * (right + left), (right - left) / self.wheel_base
 
-    def saturate(self, wheels, previous, dt):
+    def saturate(self, wheels: ArrayLike, previous: ArrayLike, dt: float) -> np.ndarray:
         """Wheel speeds that the motors get to within one time step.
 
         A command above the speed limit is scaled down as a whole, so that
@@ -142,7 +144,7 @@ class KheperaIV:
         largest_change = self.max_wheel_acceleration * dt
         return previous + np.clip(target - previous, -largest_change, largest_change)
 
-    def move(self, pose, wheels, dt):
+    def move(self, pose: ArrayLike, wheels: ArrayLike, dt: float) -> np.ndarray:
         """Pose after driving with constant wheel speeds: an exact arc.
 
         The solution of equation (1) for constant wheel speeds; the chord of
@@ -163,7 +165,7 @@ class KheperaIV:
         ndarray, shape (3, ...)
             Pose after `dt`; the heading is not wrapped.
         """
-        x, y, theta = pose
+        x, y, theta = np.asarray(pose)
         v, omega = self.to_body(wheels)
         half_turn = 0.5 * omega * dt
         chord = v * dt * np.sinc(half_turn / np.pi)
@@ -175,7 +177,7 @@ class KheperaIV:
         return moved
 
 
-def as_robot(robot):
+def as_robot(robot: KheperaIV | None) -> KheperaIV:
     """`robot`, a Khepera IV for None; `InvalidParameter` for anything else."""
     if robot is None:
         return KheperaIV()

@@ -4,12 +4,14 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.disturbance import as_disturbance
+from freeseg.disturbance import Disturbance, as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference, tracking_error
 from freeseg.robot import KheperaIV, as_robot
+from freeseg.trackers.feedback import Law, Tracker
 
 #: A longer run would not end, or not fit into memory.
 MOST_STEPS = 1e7
@@ -61,14 +63,14 @@ class Run:
 
 
 def simulate(
-    tracker,
-    reference,
-    robot=None,
-    dt=0.05,
-    initial_offset=(0.0, 0.0, 0.0),
-    disturbance=None,
-    seed=0,
-):
+    tracker: Tracker,
+    reference: Reference,
+    robot: KheperaIV | None = None,
+    dt: float = 0.05,
+    initial_offset: ArrayLike = (0.0, 0.0, 0.0),
+    disturbance: Disturbance | None = None,
+    seed: int | tuple[int, int] = 0,
+) -> Run:
     """Drive a robot after a reference with a tracker, from rest.
 
     Every `dt`, the tracker sees the pose and commands a body velocity; its
@@ -76,7 +78,7 @@ def simulate(
 
     Parameters
     ----------
-    tracker : object
+    tracker : Tracker
         With ``start(reference, robot, dt) -> law``, see `SlidingMode`.
     reference : Reference
         What to follow.
@@ -151,12 +153,20 @@ def simulate(
     return replace(run, reference=wanted, error=tracking_error(target, run.pose))
 
 
-def drive(law, pose, dt, steps, robot=None, disturbance=None, seed=0):
+def drive(
+    law: Law,
+    pose: ArrayLike,
+    dt: float,
+    steps: int,
+    robot: KheperaIV | None = None,
+    disturbance: Disturbance | None = None,
+    seed: int | tuple[int, int] = 0,
+) -> Run:
     """Drive a robot by a law, from rest: the closed loop, which needs no reference.
 
     Parameters
     ----------
-    law : callable
+    law : Law
         ``law(t, pose) -> (v, omega)``, asked every `dt` for a body velocity
         (m/s, rad/s), with the time (s) and the measured pose, of the shape
         of `pose`.

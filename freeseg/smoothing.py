@@ -1,9 +1,11 @@
 """A path without curvature steps: its moving average."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
@@ -25,7 +27,7 @@ class Course(NamedTuple):
     curvature_rate: np.ndarray
 
 
-def moving_average(path, width):
+def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Course]:
     """A path, averaged over a window that slides along it.
 
     The average of the position has a box filter's tangent and so, but for

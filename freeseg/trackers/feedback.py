@@ -1,12 +1,59 @@
-"""What every tracker does alike: check its gains, and see its errors."""
+"""What every tracker does alike: start a law, check its gains, and see its errors."""
 
+from collections.abc import Callable
 from dataclasses import fields
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.reference import Sample, tracking_error
+from freeseg.reference import Reference, Sample, tracking_error
+from freeseg.robot import KheperaIV
 
 
-def check_gains(tracker):
+class Law(Protocol):
+    """What drives a robot for one run: a body velocity for a time and a pose."""
+
+    def __call__(self, t: float, pose: np.ndarray, /) -> tuple[ArrayLike, ArrayLike]:
+        """Command at a time step; to be asked once for each, in their order.
+
+        Parameters
+        ----------
+        t : float
+            Time (s).
+        pose : ndarray, shape (3,) or (3, n)
+            Measured x, y (m) and heading (rad) of one robot or of n.
+
+        Returns
+        -------
+        v, omega : array_like, shape () or (n,)
+            Forward speed (m/s) and turn rate (rad/s).
+        """
+
+
+class Tracker(Protocol):
+    """Gains, from which a law starts."""
+
+    def start(self, reference: Reference, robot: KheperaIV, dt: float, /) -> Law:
+        """The law for one run; what it remembers lives in it alone.
+
+        Parameters
+        ----------
+        reference : Reference
+            What to follow.
+        robot : KheperaIV
+            Robot, for a law that knows its limits.
+        dt : float
+            Time for which each command is held (s).
+
+        Returns
+        -------
+        Law
+        """
+
+
+def check_gains(tracker: Any) -> None:
     """Make every float of a tracker one; `InvalidParameter` unless positive and finite."""
     for gain in fields(tracker):
         if gain.type is float:
@@ -14,7 +61,9 @@ def check_gains(tracker):
             object.__setattr__(tracker, gain.name, value)
 
 
-def watch(reference, dt):
+def watch(
+    reference: Reference, dt: float
+) -> Callable[[float, np.ndarray], tuple[np.ndarray, Sample]]:
     """What a law sees at a time step.
 
     A command is held for `dt`: the velocities that it is made from are those

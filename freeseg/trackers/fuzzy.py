@@ -3,8 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from freeseg.trackers.feedback import check_gains, watch
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: Peaks of the five triangular sets of an input, and consequents: negative big to positive big.
 NB, NS, ZE, PS, PB = SETS = (-1.0, -0.5, 0.0, 0.5, 1.0)
@@ -73,7 +76,7 @@ class Fuzzy:
     def __post_init__(self):
         check_gains(self)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
 
@@ -93,7 +96,7 @@ class Fuzzy:
         return law
 
 
-def memberships(value):
+def memberships(value: ArrayLike) -> np.ndarray:
     """How far a value belongs to each set, shape (5, ...); in all, to one.
 
     Examples

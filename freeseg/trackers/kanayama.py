@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.trackers.feedback import check_gains, watch
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains, watch
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Kanayama:
     def __post_init__(self):
         check_gains(self)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
 

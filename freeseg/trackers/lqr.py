@@ -3,9 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.trackers.feedback import check_gains, watch
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: For how many speeds, from zero to the reference's top speed, gains are computed.
 SPEEDS = 101
@@ -61,7 +64,7 @@ class Lqr:
     def __post_init__(self):
         check_gains(self)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
         speeds = np.linspace(0, reference.v.max(), SPEEDS)
@@ -75,7 +78,7 @@ class Lqr:
 
         return law
 
-    def gains(self, v_r, dt):
+    def gains(self, v_r: ArrayLike, dt: float) -> tuple[float, np.ndarray, np.ndarray]:
         """Solution of the discrete Riccati equation at speeds.
 
         Parameters

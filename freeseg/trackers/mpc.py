@@ -9,7 +9,9 @@ import numpy as np
 from freeseg import checks
 from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
-from freeseg.trackers.feedback import check_gains
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains
 from freeseg.world import Disc, World
 
 #: What qrqp would print.
@@ -125,7 +127,7 @@ class Mpc:
             checks.choice("solver", self.solver, SOLVERS)
         checks.choice("on_failure", self.on_failure, ON_FAILURE)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run.
 
         Parameters
@@ -139,7 +141,7 @@ class Mpc:
 
         Returns
         -------
-        callable
+        Law
             ``law(t, pose) -> (v, omega)``, for a pose of shape (3,), to be
             called every `dt`: it assumes that the wheels do what it
             commanded, for a pose says nothing of their speeds.
@@ -299,7 +301,7 @@ def _previewer(reference, robot, dt, horizon):
     return look_ahead
 
 
-def preview(reference, robot, dt, t, steps):
+def preview(reference: Reference, robot: KheperaIV, dt: float, t: float, steps: int) -> np.ndarray:
     """What the reference asks for in time steps to come.
 
     Parameters
@@ -329,7 +331,7 @@ def preview(reference, robot, dt, t, steps):
     return np.concatenate([np.diff(wheels) / dt, pose, wheels[:, 1:]]).T
 
 
-def motion(robot, dt):
+def motion(robot: KheperaIV, dt: float) -> ca.Function:
     """Model of one time step, as `KheperaIV.move`, in symbols.
 
     Parameters
@@ -358,7 +360,7 @@ def motion(robot, dt):
     return ca.Function("motion", [z, u], [ca.vertcat(*moved, wheels)], ["z", "u"], ["after"])
 
 
-def linearisation(motion, horizon, discs):
+def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
     """Constraints of the quadratic programme, linearised about a plan.
 
     Parameters
@@ -378,12 +380,12 @@ def linearisation(motion, horizon, discs):
     """
     plan = ca.SX.sym("plan", 8 if discs else 7, horizon)
     state, near = ca.SX.sym("state", 5), ca.SX.sym("near", 3, discs)
-    rows = []
+    gaps = []
     for k, before in enumerate(ca.horzsplit(ca.horzcat(state, plan[2:7, :-1]))):
-        rows.append(plan[2:7, k] - motion(before, plan[:2, k]))
+        gaps.append(plan[2:7, k] - motion(before, plan[:2, k]))
         for disc in ca.horzsplit(near):
-            rows.append(ca.norm_2(plan[2:4, k] - disc[:2]) - disc[2] + plan[7, k])
-    rows, w = ca.vertcat(*rows), ca.vec(plan)
+            gaps.append(ca.norm_2(plan[2:4, k] - disc[:2]) - disc[2] + plan[7, k])
+    rows, w = ca.vertcat(*gaps), ca.vec(plan)
     a = ca.jacobian(rows, w)
     lower = ca.mtimes(a, w) - rows
     upper = lower + ca.repmat(ca.DM([0] * 5 + [np.inf] * discs), horizon)

@@ -1,12 +1,15 @@
 """PID control along and across the path: the classical baseline."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.trackers.feedback import check_gains, watch
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: Up to it, the product of a step of an integral and an excess is no saturation (SI).
 NO_EXCESS = 1e-15
@@ -72,16 +75,22 @@ class Pid:
         if self.approach >= np.pi / 2:
             raise InvalidParameter(f"approach is {self.approach!r} rad; give less than pi / 2")
 
-    def command(self, error, integrals, v_r, omega_r):
+    def command(
+        self,
+        error: np.ndarray,
+        integrals: Sequence[float | np.ndarray],
+        v_r: float | np.ndarray,
+        omega_r: float | np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Body velocity for an error, and what `approach` cuts off.
 
         Parameters
         ----------
-        error : array_like, shape (3, ...)
+        error : ndarray, shape (3, ...)
             x_e, y_e (m) and alpha_e (rad).
-        integrals : sequence of 2 array_like, shape (...)
+        integrals : sequence of 2 float or ndarray, shape (...)
             Of x_e over time (m s), and of y_e over the arc length (m^2).
-        v_r, omega_r : float
+        v_r, omega_r : float or ndarray, shape (...)
             Speed (m/s) and turn rate (rad/s) of the reference.
 
         Returns
@@ -101,7 +110,7 @@ class Pid:
         omega = omega_r + v_r * bounded + np.abs(v_r) * self.kd_y * np.sin(alpha_e)
         return v, omega, v_r * (bend - bounded)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run.
 
         Parameters
@@ -116,7 +125,7 @@ class Pid:
 
         Returns
         -------
-        callable
+        Law
             ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n);
             to be called once for each time step, in their order.
         """

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.reference import tracking_error
-from freeseg.trackers.feedback import check_gains, watch
+from freeseg.reference import Reference, tracking_error
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains, watch
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class PurePursuit:
     def __post_init__(self):
         check_gains(self)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
         arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()

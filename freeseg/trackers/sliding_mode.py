@@ -1,12 +1,15 @@
 """The paper's saturated sliding-mode controller (section 4)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.trackers.feedback import check_gains, watch
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: What stands for the switching function in the reaching law (11).
 SWITCHING = {"sat": lambda s: np.clip(s, -1, 1), "sign": np.sign, "tanh": np.tanh}
@@ -56,7 +59,7 @@ class SlidingMode:
         checks.choice("switching", self.switching, SWITCHING)
         check_gains(self)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run.
 
         Parameters
@@ -70,7 +73,7 @@ class SlidingMode:
 
         Returns
         -------
-        callable
+        Law
             ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
         """
         switch = SWITCHING[self.switching]
@@ -81,7 +84,13 @@ class SlidingMode:
         return sliding_law(reference, dt, self.length_scale, self.floor, approach)
 
 
-def sliding_law(reference, dt, length_scale, floor, approach):
+def sliding_law(
+    reference: Reference,
+    dt: float,
+    length_scale: float,
+    floor: float,
+    approach: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+) -> Law:
     """Law under which s1 and s2 of (10) fall as fast as asked, equation (12).
 
     Parameters
@@ -97,7 +106,7 @@ def sliding_law(reference, dt, length_scale, floor, approach):
 
     Returns
     -------
-    callable
+    Law
         ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
 
     Raises

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from freeseg import checks
-from freeseg.trackers.feedback import check_gains
+from freeseg.reference import Reference
+from freeseg.robot import KheperaIV
+from freeseg.trackers.feedback import Law, check_gains
 from freeseg.trackers.sliding_mode import sliding_law
 
 
@@ -55,7 +57,7 @@ class SuperTwisting:
     def __post_init__(self):
         check_gains(self)
 
-    def start(self, reference, robot, dt):
+    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
         twist1 = _super_twist(self.lambda1, self.w1, dt)
