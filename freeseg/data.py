@@ -2,8 +2,11 @@
 
 import csv
 import math
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from freeseg.errors import InvalidData
 
@@ -11,7 +14,7 @@ from freeseg.errors import InvalidData
 DATA = Path(str(files("freeseg._data")))
 
 
-def read_csv(path, columns):
+def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dict[str, Any]]:
     """Rows of a CSV file, with every value checked and converted.
 
     Parameters
@@ -25,8 +28,8 @@ def read_csv(path, columns):
     Returns
     -------
     list of dict
-        One dict a row, with the columns asked for and ``"row"``, the line
-        number in the file.
+        One dict a row, with the columns asked for and ``"row"``, its
+        line in the file.
 
     Raises
     ------
@@ -50,7 +53,7 @@ def read_csv(path, columns):
     if not lines:
         raise InvalidData(f"{path.name} has no rows below its header; add at least one")
 
-    def convert(name, kind, number, text):
+    def convert(row, name, kind, text):
         try:
             value = kind(text or "")
             if not (value.strip() if kind is str else math.isfinite(value)):
@@ -58,18 +61,18 @@ def read_csv(path, columns):
         except (TypeError, ValueError, OverflowError):
             wanted = {str: "some text", int: "a whole number", float: "a finite number"}[kind]
             raise InvalidData(
-                f"{path.name}, row {number}, column {name!r}: {text!r} is not {wanted}"
+                f"{path.name}, row {row}, column {name!r}: {text!r} is not {wanted}"
             ) from None
         return value
 
     return [
-        {"row": number}
-        | {name: convert(name, kind, number, line[name]) for name, kind in columns.items()}
-        for number, line in lines
+        {"row": row}
+        | {name: convert(row, name, kind, line[name]) for name, kind in columns.items()}
+        for row, line in lines
     ]
 
 
-def write_csv(path, rows):
+def write_csv(path: str | PathLike[str], rows: Sequence[Mapping[str, Any]]) -> None:
     """Write rows to a CSV file, over what was there.
 
     Parameters

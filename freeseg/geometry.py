@@ -4,15 +4,22 @@ Every function broadcasts. Points are ``(..., 2)``, segments ``(..., 2, 2)``.
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 #: How much nearer than touching two circles may be by round-off, relative to their distance.
-TOUCHING = 1e-12
+TANGENCY = 1e-12
 
 #: Stands for zero where a length of zero would be divided by.
 TINY = np.finfo(float).tiny
 
 
-def ranges(begins, counts):
+def read_only(array: np.ndarray) -> np.ndarray:
+    """The array itself, which can no longer be written to."""
+    array.setflags(write=False)
+    return array
+
+
+def ranges(begins: ArrayLike, counts: ArrayLike) -> np.ndarray:
     """Indices of ranges, one range after the other.
 
     Parameters
@@ -25,11 +32,12 @@ def ranges(begins, counts):
     >>> ranges([5, 0], [2, 3]).tolist()
     [5, 6, 0, 1, 2]
     """
+    begins, counts = np.asarray(begins), np.asarray(counts)
     ends = np.cumsum(counts)
     return np.arange(ends[-1] if len(ends) else 0) + np.repeat(begins - (ends - counts), counts)
 
 
-def wrap_angle(angle):
+def wrap_angle(angle: ArrayLike) -> np.ndarray:
     """Angle brought into (-pi, pi].
 
     Parameters
@@ -50,7 +58,7 @@ def wrap_angle(angle):
     return np.where(wrapped <= -np.pi, np.pi, wrapped)
 
 
-def unit(angle):
+def unit(angle: ArrayLike) -> np.ndarray:
     """Unit vector(s) at an angle (rad), shape ``(..., 2)``."""
     angle = np.asarray(angle, float)
     vector = np.empty((*angle.shape, 2))
@@ -59,18 +67,20 @@ def unit(angle):
     return vector
 
 
-def angle_of(vector):
+def angle_of(vector: ArrayLike) -> np.ndarray:
     """Direction (rad) of vector(s) of shape ``(..., 2)``."""
     vector = np.asarray(vector, float)
     return np.arctan2(vector[..., 1], vector[..., 0])
 
 
-def cross(a, b):
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Third component of the cross product of plane vectors ``(..., 2)``."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def tangents(center_a, signed_a, center_b, signed_b):
+def tangents(
+    center_a: ArrayLike, signed_a: ArrayLike, center_b: ArrayLike, signed_b: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
     """Tangent lines from oriented circles to oriented circles.
 
     A circle's orientation is the sign of its radius: positive is driven
@@ -110,7 +120,7 @@ def tangents(center_a, signed_a, center_b, signed_b):
         sine = (signed_b - signed_a) / distance
         # Circles that touch have a tangent, whatever round-off says.
         rest = 1 - sine**2
-        cosine = np.sqrt(np.where(rest > -TOUCHING, np.maximum(rest, 0), np.nan))
+        cosine = np.sqrt(np.where(rest > -TANGENCY, np.maximum(rest, 0), np.nan))
         along = delta / distance[..., None]
     normal = np.stack(
         [
@@ -122,7 +132,7 @@ def tangents(center_a, signed_a, center_b, signed_b):
     return center_a - signed_a[..., None] * normal, center_b - signed_b[..., None] * normal
 
 
-def arc_sweep(center, sense, first, last):
+def arc_sweep(center: ArrayLike, sense: ArrayLike, first: ArrayLike, last: ArrayLike) -> np.ndarray:
     """Signed angle driven round a centre from one point to another.
 
     Parameters
@@ -143,7 +153,7 @@ def arc_sweep(center, sense, first, last):
     )
 
 
-def point_segment_distance(points, segments):
+def point_segment_distance(points: ArrayLike, segments: ArrayLike) -> np.ndarray:
     """Distance from points to segments.
 
     Parameters
@@ -167,7 +177,7 @@ def point_segment_distance(points, segments):
     return np.hypot(gap[..., 0], gap[..., 1])
 
 
-def touching_points(center, radius, segments):
+def touching_points(center: ArrayLike, radius: ArrayLike, segments: ArrayLike) -> np.ndarray:
     """Points of segments where their distance from a circle can be smallest.
 
     Parameters
@@ -198,7 +208,13 @@ def touching_points(center, radius, segments):
     return tail + np.clip(share, 0, 1)[..., None] * along
 
 
-def arc_segment_distance(center, radius, start_angle, sweep, segments):
+def arc_segment_distance(
+    center: ArrayLike,
+    radius: ArrayLike,
+    start_angle: ArrayLike,
+    sweep: ArrayLike,
+    segments: ArrayLike,
+) -> np.ndarray:
     """Distance from arcs to segments, in closed form.
 
     The nearest pair is an end of the arc and a point of the segment, or it

@@ -1,6 +1,9 @@
 """The paper's worlds and questions: Tables 1 to 5, and the panels of Figs 13 to 16."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +16,7 @@ from freeseg.world import Disc, World
 MAP_MM = ((0, 900), (-100, 900))
 
 
-def load_table(number, folder=DATA):
+def load_table(table: int, folder: str | PathLike[str] = DATA) -> World:
     """One of the paper's Tables 1 to 5 as a world.
 
     The paper gives the centres only. Shapes and sizes are an assumption:
@@ -22,8 +25,8 @@ def load_table(number, folder=DATA):
 
     Parameters
     ----------
-    number : int
-        Table, 1 to 5.
+    table : int
+        Its number, 1 to 5.
     folder : path-like
         Where ``tables.csv`` and ``obstacles.csv`` are.
 
@@ -47,26 +50,26 @@ def load_table(number, folder=DATA):
     [18, 18, 18, 39, 39, 18, 24]
     """
     centers_mm, radii_mm = _centers_mm(folder), _radii_mm(folder)
-    tables = sorted({table for table, _ in centers_mm})
+    tables = sorted({known for known, _ in centers_mm})
     remedy = f"one of {tables}, which tables.csv has"
-    number = checks.whole("table", number, remedy=remedy)
-    if number not in tables:
-        raise InvalidParameter(f"table is {number}; give {remedy}")
-    obstacles = sorted(obstacle for table, obstacle in centers_mm if table == number)
+    table = checks.whole("table", table, remedy=remedy)
+    if table not in tables:
+        raise InvalidParameter(f"table is {table}; give {remedy}")
+    obstacles = sorted(obstacle for known, obstacle in centers_mm if known == table)
     if len(obstacles) != len(radii_mm):
         raise InvalidData(
             f"obstacles.csv has {len(radii_mm)} sizes for the {len(obstacles)} obstacles of "
-            f"table {number}; give each one"
+            f"table {table}; give each one"
         )
     return World(
         [
-            Disc(np.divide(centers_mm[number, obstacle], 1000), radii_mm[obstacle] / 1000)
+            Disc(np.divide(centers_mm[table, obstacle], 1000), radii_mm[obstacle] / 1000)
             for obstacle in obstacles
         ]
     )
 
 
-def _centers_mm(folder):
+def _centers_mm(folder: str | PathLike[str]) -> dict[tuple[int, int], tuple[float, float]]:
     """Centres (mm) in ``tables.csv``, by table and obstacle."""
     columns = {"table": int, "obstacle": int, "x_mm": float, "y_mm": float}
     rows = read_csv(f"{folder}/tables.csv", columns)
@@ -82,7 +85,7 @@ def _centers_mm(folder):
     return {(row["table"], row["obstacle"]): (row["x_mm"], row["y_mm"]) for row in rows}
 
 
-def _radii_mm(folder):
+def _radii_mm(folder: str | PathLike[str]) -> dict[int, float]:
     """Radii (mm) in ``obstacles.csv``, by obstacle."""
     rows = read_csv(f"{folder}/obstacles.csv", {"obstacle": int, "shape": str, "radius_mm": float})
     _check_numbering("obstacles.csv", rows)
@@ -99,21 +102,21 @@ def _radii_mm(folder):
     return {row["obstacle"]: row["radius_mm"] for row in rows}
 
 
-def _check_numbering(file, rows):
+def _check_numbering(file: str, rows: Sequence[Mapping[str, Any]]) -> None:
     """Obstacles must be numbered 1 to n, each once."""
-    seen = set()
+    seen: set[int] = set()
     for row in rows:
-        number = row["obstacle"]
-        if number in seen:
+        obstacle = row["obstacle"]
+        if obstacle in seen:
             raise InvalidData(
-                f"{file}, row {row['row']}: obstacle {number} is there twice; keep one"
+                f"{file}, row {row['row']}: obstacle {obstacle} is there twice; keep one"
             )
-        if not 1 <= number <= len(rows):
+        if not 1 <= obstacle <= len(rows):
             raise InvalidData(
-                f"{file}, row {row['row']}: obstacle {number} is out of range; "
+                f"{file}, row {row['row']}: obstacle {obstacle} is out of range; "
                 f"number the {len(rows)} obstacles 1 to {len(rows)}"
             )
-        seen.add(number)
+        seen.add(obstacle)
 
 
 @dataclass(frozen=True)
@@ -122,12 +125,12 @@ class Case:
 
     name: str
     table: int
-    start: tuple
-    goal: tuple
+    start: tuple[float, float]
+    goal: tuple[float, float]
     caption: str
 
 
-def load_cases(folder=DATA):
+def load_cases(folder: str | PathLike[str] = DATA) -> dict[str, Case]:
     """The 16 panels of Figs 13 to 16: name to `Case`, positions in m.
 
     Raises

@@ -2,12 +2,16 @@
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from os import PathLike
 from pathlib import Path as FilePath
+from typing import Self
 
 import numpy as np
 import shapely
+from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import InvalidData, InvalidParameter
@@ -15,10 +19,11 @@ from freeseg.geometry import (
     angle_of,
     arc_segment_distance,
     arc_sweep,
+    read_only,
     tangents,
     wrap_angle,
 )
-from freeseg.world import check_world
+from freeseg.world import World, check_world
 
 #: Pieces shorter than this (m, rad) are round-off.
 GRAZING = 1e-9
@@ -39,8 +44,8 @@ def _check(piece, **sizes):
 class Line:
     """A straight piece of a path from `start` to `end` (m)."""
 
-    start: tuple
-    end: tuple
+    start: tuple[float, float]
+    end: tuple[float, float]
 
     curvature = 0.0
 
@@ -50,11 +55,11 @@ class Line:
             raise InvalidParameter(f"{self} has length zero; leave it out")
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Length (m)."""
         return math.dist(self.start, self.end)
 
-    def at(self, s):
+    def at(self, s: np.ndarray | float) -> tuple[np.ndarray | float, np.ndarray | float, float]:
         """Position and heading after `s` (m): x, y (m), theta (rad)."""
         theta = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
         return self.start[0] + s * math.cos(theta), self.start[1] + s * math.sin(theta), theta
@@ -76,7 +81,7 @@ class Arc:
         Angle covered (rad), positive counter-clockwise.
     """
 
-    center: tuple
+    center: tuple[float, float]
     radius: float
     start_angle: float
     sweep: float
@@ -87,26 +92,30 @@ class Arc:
             raise InvalidParameter(f"{self} needs a positive radius and a sweep that is not zero")
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Length (m)."""
         return self.radius * abs(self.sweep)
 
     @property
-    def curvature(self):
+    def curvature(self) -> float:
         """Signed curvature (1/m), positive to the left."""
         return math.copysign(1 / self.radius, self.sweep)
 
     @property
-    def start(self):
+    def start(self) -> tuple[float, float]:
         """First point (m)."""
-        return tuple(map(float, self.at(0.0)[:2]))
+        x, y, _ = self.at(0.0)
+        return float(x), float(y)
 
     @property
-    def end(self):
+    def end(self) -> tuple[float, float]:
         """Last point (m)."""
-        return tuple(map(float, self.at(self.length)[:2]))
+        x, y, _ = self.at(self.length)
+        return float(x), float(y)
 
-    def at(self, s):
+    def at(
+        self, s: np.ndarray | float
+    ) -> tuple[np.ndarray | float, np.ndarray | float, np.ndarray | float]:
         """Position and heading after `s` (m): x, y (m), theta (rad)."""
         angle = self.start_angle + self.curvature * s
         x, y = self.center
@@ -123,7 +132,7 @@ class Path:
 
     Parameters
     ----------
-    pieces : tuple of Line and Arc
+    pieces : sequence of Line and Arc
         In driving order; each begins where, and in the direction in which,
         the one before it ends.
 
@@ -133,7 +142,7 @@ class Path:
         For no piece, a gap, or a kink.
     """
 
-    pieces: tuple
+    pieces: Sequence[Line | Arc]
 
     def __post_init__(self):
         try:
@@ -155,27 +164,30 @@ class Path:
             if math.hypot(next_x - x, next_y - y) > 1e-7 or abs(kink) > 1e-7 + blur:
                 raise InvalidParameter(f"{after} does not go on where, or as, {before} ends")
 
+    def __repr__(self) -> str:
+        return f"Path of {self.length:.3f} m in {len(self.pieces)} pieces"
+
     @cached_property
-    def joints(self):
+    def joints(self) -> np.ndarray:
         """Arc length at which each piece begins, then the total (m)."""
-        return np.cumsum([0.0, *(piece.length for piece in self.pieces)])
+        return read_only(np.cumsum([0.0, *(piece.length for piece in self.pieces)]))
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Length (m)."""
         return float(self.joints[-1])
 
     @property
-    def start(self):
+    def start(self) -> tuple[float, float]:
         """First point (m)."""
         return self.pieces[0].start
 
     @property
-    def end(self):
+    def end(self) -> tuple[float, float]:
         """Last point (m)."""
         return self.pieces[-1].end
 
-    def at(self, s):
+    def at(self, s: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Position, heading and curvature at arc lengths.
 
         Parameters
@@ -194,21 +206,22 @@ class Path:
             Signed curvature (1/m); at a joint that of the piece that begins.
         """
         shape = np.shape(s)
-        s = np.clip(np.atleast_1d(np.asarray(s, float)), 0, self.length)
-        index = np.clip(np.searchsorted(self.joints, s, side="right") - 1, 0, len(self.pieces) - 1)
-        x, y, theta, curvature = np.empty((4, *s.shape))
+        arc_length = np.clip(np.atleast_1d(np.asarray(s, float)), 0, self.length)
+        on = np.searchsorted(self.joints, arc_length, side="right") - 1
+        on = np.clip(on, 0, len(self.pieces) - 1)
+        x, y, theta, curvature = np.empty((4, *arc_length.shape))
         heading = None
-        for number, piece in enumerate(self.pieces):
-            here = index == number
-            x[here], y[here], angle = piece.at(s[here] - self.joints[number])
+        for index, piece in enumerate(self.pieces):
+            here = on == index
+            x[here], y[here], angle = piece.at(arc_length[here] - self.joints[index])
             first, last = (piece.at(end)[2] for end in (0.0, piece.length))
             whole_turns = 0.0 if heading is None else heading + wrap_angle(first - heading) - first
             theta[here] = angle + whole_turns
             heading = last + whole_turns
             curvature[here] = piece.curvature
-        return tuple(values.reshape(shape) for values in (x, y, theta, curvature))
+        return x.reshape(shape), y.reshape(shape), theta.reshape(shape), curvature.reshape(shape)
 
-    def sample(self, step):
+    def sample(self, step: float) -> np.ndarray:
         """Points along the path at most `step` apart.
 
         Parameters
@@ -242,7 +255,7 @@ class Path:
         points[-1] = self.end
         return points
 
-    def distances(self, world):
+    def distances(self, world: World) -> np.ndarray:
         """Distance of every piece from every obstacle, exactly.
 
         Parameters
@@ -259,14 +272,16 @@ class Path:
         pairs = np.indices((len(self.pieces), len(world))).reshape(2, -1)
         return self._distances(world, *pairs).reshape(len(self.pieces), len(world))
 
-    def near(self, world, reach):
-        """Pieces and obstacles that are nearer to each other than `reach`.
+    def near(
+        self, world: World, within: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Pieces and obstacles that are nearer to each other than `within`.
 
         Parameters
         ----------
         world : World
             n obstacles.
-        reach : float or ndarray, shape (n,)
+        within : float or ndarray, shape (n,)
             Distance from each obstacle (m).
 
         Returns
@@ -279,40 +294,40 @@ class Path:
         check_world(world)
         if not len(world):
             return np.empty(0, int), np.empty(0, int), np.empty(0)
-        reach = np.broadcast_to(reach, len(world))
+        within = np.broadcast_to(within, len(world))
         # An arc is sought in the disc that it is part of.
         is_arc, arcs = self._arcs
         shapes = np.where(is_arc, shapely.points(arcs[:, :2]), self._lines)
         widths = arcs[:, 2]
         piece, obstacle = world.tree.query(
-            shapes, predicate="dwithin", distance=widths + (world.radii + reach).max()
+            shapes, predicate="dwithin", distance=widths + (world.radii + within).max()
         )
         # No point of an arc is nearer to a disc than its whole circle is.
         least = shapely.distance(shapes[piece], world.cores[obstacle]) - widths[piece]
         least = np.where(world.edge_counts[obstacle] == 1, np.abs(least), least)
-        likely = least < (world.radii + reach)[obstacle]
+        likely = least < (world.radii + within)[obstacle]
         piece, obstacle = piece[likely], obstacle[likely]
         distance = self._distances(world, piece, obstacle)
-        close = np.flatnonzero(distance < reach[obstacle])
+        close = np.flatnonzero(distance < within[obstacle])
         close = close[np.lexsort([obstacle[close], piece[close]])]
         return piece[close], obstacle[close], distance[close]
 
     @cached_property
-    def _lines(self):
+    def _lines(self) -> np.ndarray:
         """The straight line from end to end of every piece, as Shapely has it."""
-        return shapely.linestrings([(piece.start, piece.end) for piece in self.pieces])
+        return read_only(shapely.linestrings([(piece.start, piece.end) for piece in self.pieces]))
 
     @cached_property
-    def _arcs(self):
-        """Which pieces are arcs, and their numbers (pieces, 5); zeros for lines."""
+    def _arcs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which pieces are arcs, and their parameters (pieces, 5); zeros for lines."""
         is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
         arcs = np.zeros((len(self.pieces), 5))
-        for number in np.flatnonzero(is_arc):
-            piece = self.pieces[number]
-            arcs[number] = *piece.center, piece.radius, piece.start_angle, piece.sweep
-        return is_arc, arcs
+        for index, piece in enumerate(self.pieces):
+            if isinstance(piece, Arc):
+                arcs[index] = *piece.center, piece.radius, piece.start_angle, piece.sweep
+        return read_only(is_arc), read_only(arcs)
 
-    def _distances(self, world, piece, obstacle):
+    def _distances(self, world: World, piece: np.ndarray, obstacle: np.ndarray) -> np.ndarray:
         """Distance of pieces from obstacles, pair by pair, shape (k,)."""
         distance = shapely.distance(self._lines[piece], world.cores[obstacle])
         is_arc, arcs = self._arcs
@@ -322,7 +337,8 @@ class Path:
             piece, met = piece[is_arc], obstacle[is_arc]
             counts = world.edge_counts[met]
             arcs, edges = arcs[np.repeat(piece, counts)], world.edges[world.edges_of(met)]
-            to_edges = arc_segment_distance(arcs[:, :2], *arcs.T[2:], edges)
+            _, _, radius, start_angle, sweep = arcs.T
+            to_edges = arc_segment_distance(arcs[:, :2], radius, start_angle, sweep, edges)
             to_edges = np.minimum.reduceat(to_edges, np.cumsum(counts) - counts)
             # Inside a polygon, the outline is away but the obstacle is not.
             x, y = np.array([part.start for part in self.pieces]).T
@@ -330,7 +346,7 @@ class Path:
             distance[is_arc] = to_edges
         return distance - world.radii[obstacle]
 
-    def clearance(self, world):
+    def clearance(self, world: World) -> float:
         """Distance of the centre line from the nearest obstacle.
 
         Parameters
@@ -350,7 +366,7 @@ class Path:
         bound = world.distances(shapely.Point(self.start)).min()
         return float(self.near(world, max(bound, 0) + GRAZING)[2].min())
 
-    def save(self, file):
+    def save(self, file: str | PathLike[str]) -> None:
         """Write the path to a JSON file, to be read with `Path.load`.
 
         Raises
@@ -370,7 +386,7 @@ class Path:
             raise InvalidData(f"{file} cannot be written ({error})") from error
 
     @classmethod
-    def load(cls, file):
+    def load(cls, file: str | PathLike[str]) -> Self:
         """Read a path that `Path.save` wrote.
 
         Raises
@@ -388,7 +404,9 @@ class Path:
             raise InvalidData(f"{file} is not a path saved by freeseg ({error})") from error
 
 
-def taut_path(start, circles, goal):
+def taut_path(
+    start: ArrayLike, circles: Sequence[tuple[ArrayLike, float]], goal: ArrayLike
+) -> tuple[Path | None, list[int]]:
     """Path of tangents that goes round oriented circles in order.
 
     Parameters
@@ -417,14 +435,15 @@ def taut_path(start, circles, goal):
     first = angle_of(join[:-1] - centers[1:-1])
     sweeps = arc_sweep(centers[1:-1], np.where(signed[1:-1] > 0, 1, -1), join[:-1], leave[1:])
     lengths = np.hypot(*(join - leave).T)
-    pieces, passed = [], []
-    for number, (begin, end) in enumerate(zip(leave.tolist(), join.tolist(), strict=True)):
+    pieces: list[Line | Arc] = []
+    passed: list[int] = []
+    for index, (begin, end) in enumerate(zip(leave.tolist(), join.tolist(), strict=True)):
         # Where a tangent only grazes its circle, round-off leaves no arc or a whole turn.
-        if number and GRAZING < abs(sweeps[number - 1]) < 2 * np.pi - GRAZING:
-            radius, sweep = abs(signed[number]), sweeps[number - 1]
-            pieces.append(Arc(centers[number].tolist(), radius, first[number - 1], sweep))
-            passed.append(number - 1)
-        if lengths[number] > GRAZING:
+        if index and GRAZING < abs(sweeps[index - 1]) < 2 * np.pi - GRAZING:
+            radius, sweep = abs(signed[index]), sweeps[index - 1]
+            pieces.append(Arc(centers[index].tolist(), radius, first[index - 1], sweep))
+            passed.append(index - 1)
+        if lengths[index] > GRAZING:
             pieces.append(Line(begin, end))
-            passed.append(number)
+            passed.append(index)
     return Path(pieces), passed

@@ -5,15 +5,17 @@ grown point, a polygon is grown by zero. Every distance in freeseg is a
 distance to a core less that radius.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import shapely
+from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.errors import InvalidQuery, InvalidWorld
-from freeseg.geometry import angle_of, cross, ranges, unit
+from freeseg.errors import FreesegError, InvalidQuery, InvalidWorld
+from freeseg.geometry import angle_of, cross, ranges, read_only, unit
 
 #: Largest coordinate (m): beyond it, round-off would be as large as what is decided by.
 FARTHEST = 1e4
@@ -22,7 +24,9 @@ FARTHEST = 1e4
 TOUCHING = 1e-9
 
 
-def as_points(values, what, shape, error):
+def as_points(
+    values: ArrayLike, what: str, shape: tuple[int | None, ...], error: type[FreesegError]
+) -> np.ndarray:
     """Positions or lengths (m) as a read-only array, or the error; see `checks.array`."""
     array = checks.array(what, values, shape, error=error)
     if (np.abs(array) > FARTHEST).any():
@@ -33,7 +37,7 @@ def as_points(values, what, shape, error):
     return array
 
 
-def as_position(values, what):
+def as_position(values: ArrayLike, what: str) -> np.ndarray:
     """A query's position (m) as an array of shape (2,), or `InvalidQuery`."""
     return as_points(values, what, (2,), InvalidQuery)
 
@@ -68,12 +72,12 @@ class Disc:
         object.__setattr__(self, "radius", radius)
 
     @property
-    def core(self):
+    def core(self) -> shapely.Point:
         """The shapely geometry that, grown by `radius`, is the obstacle."""
         return shapely.Point(self.center)
 
     @property
-    def vertices(self):
+    def vertices(self) -> np.ndarray:
         """The core's corners, shape (1, 2): the centre."""
         return self.center[None]
 
@@ -88,7 +92,7 @@ class Polygon:
     Parameters
     ----------
     vertices : array_like, shape (n, 2)
-        Corners [x, y] (m) in order, either way round; n at least 3. They are
+        Corners [x, y] (m) in order, in either sense; n at least 3. They are
         kept counter-clockwise.
 
     Raises
@@ -120,23 +124,23 @@ class Polygon:
     radius = 0.0
 
     @property
-    def core(self):
+    def core(self) -> shapely.Polygon:
         """The shapely geometry that, grown by `radius`, is the obstacle."""
         return shapely.Polygon(self.vertices)
 
     @property
-    def corners(self):
+    def corners(self) -> np.ndarray:
         """Centres that the robot can turn round, shape (k, 2): convex corners."""
-        return self.vertices[self._convex]
+        return read_only(self.vertices[self._convex])
 
     @property
-    def outward(self):
+    def outward(self) -> np.ndarray:
         """Unit vectors that halve the angle outside each of `corners`, shape (k, 2)."""
         along = unit(angle_of(np.roll(self.vertices, -1, 0) - self.vertices))
-        return unit(angle_of(np.roll(along, 1, 0) - along))[self._convex]
+        return read_only(unit(angle_of(np.roll(along, 1, 0) - along))[self._convex])
 
     @property
-    def _convex(self):
+    def _convex(self) -> np.ndarray:
         """Which vertices are convex corners, shape (n,)."""
         leaving = np.roll(self.vertices, -1, 0) - self.vertices
         return cross(np.roll(leaving, 1, 0), leaving) > 0
@@ -159,7 +163,7 @@ class World:
         obstacles that touch or overlap.
     """
 
-    obstacles: tuple
+    obstacles: Sequence[Disc | Polygon]
 
     def __post_init__(self):
         try:
@@ -168,10 +172,10 @@ class World:
             raise InvalidWorld(
                 f"obstacles is {checks.shown(self.obstacles)}; give a list of Disc and Polygon"
             ) from None
-        for number, obstacle in enumerate(obstacles, 1):
+        for index, obstacle in enumerate(obstacles):
             if not isinstance(obstacle, (Disc, Polygon)):
                 raise InvalidWorld(
-                    f"obstacle {number} is {checks.shown(obstacle)}; give a Disc or a Polygon"
+                    f"obstacle {index + 1} is {checks.shown(obstacle)}; give a Disc or a Polygon"
                 )
         object.__setattr__(self, "obstacles", obstacles)
         first, second = self.close_pairs(TOUCHING)
@@ -183,70 +187,70 @@ class World:
                 "move one, or join them into one polygon"
             )
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.obstacles)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Disc | Polygon]:
         return iter(self.obstacles)
 
-    def __getitem__(self, index):
+    def __getitem__(self, index: int) -> Disc | Polygon:
         return self.obstacles[index]
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"World of {len(self)} obstacles"
 
     @cached_property
-    def cores(self):
+    def cores(self) -> np.ndarray:
         """Shapely geometries of the cores, shape (n,)."""
-        return np.array([obstacle.core for obstacle in self.obstacles], dtype=object)
+        return read_only(np.array([obstacle.core for obstacle in self.obstacles], dtype=object))
 
     @cached_property
-    def radii(self):
+    def radii(self) -> np.ndarray:
         """Radius by which each core is grown (m), shape (n,)."""
-        return np.array([obstacle.radius for obstacle in self.obstacles], dtype=float)
+        return read_only(np.array([obstacle.radius for obstacle in self.obstacles], dtype=float))
 
     @cached_property
-    def tree(self):
+    def tree(self) -> shapely.STRtree:
         """Shapely's search tree over the cores."""
         return shapely.STRtree(self.cores)
 
     @cached_property
-    def edges(self):
+    def edges(self) -> np.ndarray:
         """All cores' outlines as segments (m), shape (m, 2, 2), by obstacle.
 
         A disc's has length zero.
         """
         if not len(self):
-            return np.empty((0, 2, 2))
+            return read_only(np.empty((0, 2, 2)))
         tails = np.concatenate([obstacle.vertices for obstacle in self.obstacles])
         following = np.arange(1, len(tails) + 1)
         following[np.r_[self.first_edge[1:], len(tails)] - 1] = self.first_edge
-        return np.stack([tails, tails[following]], axis=1)
+        return read_only(np.stack([tails, tails[following]], axis=1))
 
     @cached_property
-    def first_edge(self):
+    def first_edge(self) -> np.ndarray:
         """Index in `edges` of each obstacle's first segment, shape (n,)."""
         counts = [len(obstacle.vertices) for obstacle in self.obstacles]
-        return np.cumsum([0, *counts[:-1]]) if counts else np.empty(0, int)
+        return read_only(np.cumsum([0, *counts[:-1]]) if counts else np.empty(0, int))
 
     @cached_property
-    def edge_counts(self):
+    def edge_counts(self) -> np.ndarray:
         """Number of segments of each obstacle, shape (n,)."""
-        return np.diff(np.r_[self.first_edge, len(self.edges)])
+        return read_only(np.diff(np.r_[self.first_edge, len(self.edges)]))
 
-    def edges_of(self, obstacles):
+    def edges_of(self, obstacles: np.ndarray) -> np.ndarray:
         """Indices in `edges` of the segments of obstacles, one obstacle after the other."""
         return ranges(self.first_edge[obstacles], self.edge_counts[obstacles])
 
     @cached_property
-    def corners(self):
+    def corners(self) -> tuple[np.ndarray, ...]:
         """Centres that the robot can turn round, by obstacle.
 
         A disc has one, its centre; a polygon has its convex corners.
         """
         return tuple(obstacle.corners for obstacle in self.obstacles)
 
-    def close_pairs(self, gap):
+    def close_pairs(self, gap: float) -> tuple[np.ndarray, np.ndarray]:
         """Pairs of obstacles whose boundaries are at most `gap` apart.
 
         Parameters
@@ -261,42 +265,45 @@ class World:
         """
         if len(self) < 2:
             return np.empty(0, int), np.empty(0, int)
-        reach = self.radii + self.radii.max() + gap
-        first, second = self.tree.query(self.cores, predicate="dwithin", distance=reach)
+        # No core that is farther away belongs to an obstacle so close.
+        farthest = self.radii + self.radii.max() + gap
+        first, second = self.tree.query(self.cores, predicate="dwithin", distance=farthest)
         once = first < second
         first, second = first[once], second[once]
         apart = shapely.distance(self.cores[first], self.cores[second])
         close = apart - self.radii[first] - self.radii[second] <= gap
         return first[close], second[close]
 
-    def near(self, geometries, reach):
+    def near(
+        self, geometries: np.ndarray, within: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Obstacles near to geometries, and how near.
 
         Parameters
         ----------
         geometries : ndarray of shapely geometry, shape (k,)
             Any, in metres.
-        reach : float or ndarray, shape (k,)
+        within : float or ndarray, shape (k,)
             Largest distance (m).
 
         Returns
         -------
         which, obstacle : ndarray of int, shape (m,)
-            Geometry and obstacle of every pair at most `reach` apart.
+            Geometry and obstacle of every pair at most `within` apart.
         distance : ndarray, shape (m,)
             Distance (m); at or below zero where they meet.
         """
         if not len(self):
             return np.empty(0, int), np.empty(0, int), np.empty(0)
-        reach = np.broadcast_to(reach, np.shape(geometries))
+        within = np.broadcast_to(within, np.shape(geometries))
         which, obstacle = self.tree.query(
-            geometries, predicate="dwithin", distance=reach + self.radii.max()
+            geometries, predicate="dwithin", distance=within + self.radii.max()
         )
         distance = shapely.distance(self.cores[obstacle], geometries[which]) - self.radii[obstacle]
-        close = distance <= reach[which]
+        close = distance <= within[which]
         return which[close], obstacle[close], distance[close]
 
-    def distances(self, geometry):
+    def distances(self, geometry: shapely.Geometry | np.ndarray) -> np.ndarray:
         """Distance from every obstacle to geometries.
 
         Parameters
@@ -312,6 +319,6 @@ class World:
         return shapely.distance(self.cores, geometry) - self.radii
 
 
-def check_world(world):
+def check_world(world: object) -> World:
     """`world`, or `InvalidQuery` for what is not a `World`."""
     return checks.instance("world", world, World, "a World", InvalidQuery)
