@@ -25,9 +25,9 @@ class StepKind(StrEnum):
     CASE_2 = "case 2"
     #: A turn that a later one made needless was dropped.
     NEEDLESS_TURN = "needless turn"
-    #: The way round a group of obstacles (3.3.2).
+    #: The shortest route round a group of obstacles (3.3.2).
     LOCAL_MINIMUM = "local minimum"
-    #: The way from room to room.
+    #: The path along the shortest route from room to room.
     ROOMS = "rooms"
     #: The shortest path round the obstacles met so far.
     SHORTEST = "shortest"
@@ -80,8 +80,12 @@ class TurningPoint:
     radius: float
     sense: int
 
+    def __repr__(self) -> str:
+        sense = "counter-clockwise" if self.sense > 0 else "clockwise"
+        return f"TurningPoint {sense} round obstacle {self.obstacle + 1}, {self.radius:.4f} m wide"
+
     @property
-    def point(self):
+    def point(self) -> np.ndarray:
         """The endpoint (m), or the circle's centre where there is none."""
         return self.center if self.endpoint is None else self.endpoint.point
 
@@ -106,6 +110,10 @@ class Candidate:
     detour: float
     sense: int
     rejected: str
+
+    def __repr__(self) -> str:
+        verdict = self.rejected or "chosen"
+        return f"Candidate on obstacle {self.endpoint.obstacle + 1}, {self.detour:.4f} m: {verdict}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +148,7 @@ class Step:
         return f"Step {str(self.kind)!r} to a path of {self.path.length:.3f} m"
 
     @property
-    def chosen(self):
+    def chosen(self) -> Candidate | None:
         """The candidate that this step chose, or None."""
         return next((candidate for candidate in self.candidates if not candidate.rejected), None)
 

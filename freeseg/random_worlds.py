@@ -1,5 +1,7 @@
 """Random worlds and queries, the same for the same seed."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import shapely
 
@@ -7,7 +9,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidWorld
 from freeseg.geometry import unit
 from freeseg.plan import turning_radius
-from freeseg.robot import as_robot
+from freeseg.robot import KheperaIV, as_robot
 from freeseg.segments import MARGIN
 from freeseg.world import Disc, Polygon, World, check_world
 
@@ -18,7 +20,9 @@ SIZES = (0.015, 0.06)
 SPACIOUS = 0.1
 
 
-def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
+def random_world(
+    n: int, seed: int, shapes: Iterable[str] = ("disc",), area: float = SPACIOUS
+) -> World:
     """Obstacles scattered over a square, none of which meets another.
 
     Parameters
@@ -27,7 +31,7 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
         Number of obstacles.
     seed : int
         Equal seeds give equal worlds.
-    shapes : sequence of str, optional
+    shapes : iterable of str, optional
         ``"disc"``, ``"polygon"`` or both, which then are equally likely. A
         polygon has three to seven corners and need not be convex.
     area : float, optional
@@ -41,7 +45,7 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
     Raises
     ------
     InvalidParameter
-        For a number or a seed that is not a whole one from 0 on, a shape that
+        For an `n` or a seed that is not a whole number from 0 on, a shape that
         is not known, or an area that is not positive.
     InvalidWorld
         Where the square is too crowded for n obstacles.
@@ -59,16 +63,27 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
         kinds = []
     if not kinds or not set(kinds) <= {"disc", "polygon"}:
         raise InvalidParameter(f"shapes is {shapes!r}; give a list of 'disc' and 'polygon'")
+    side = np.sqrt(n * checks.positive("area", area))
+    rng = np.random.default_rng(checks.whole("seed", seed))
+    centers, radii = _scatter(n, side, rng)
+    return World(
+        [
+            Disc(center, radius) if kind == "disc" else _star(center, radius, rng)
+            for kind, center, radius in zip(rng.choice(kinds, n), centers, radii, strict=True)
+        ]
+    )
+
+
+def _scatter(n: int, side: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (n, 2) and radii (n,) of circles on a square, none of which meets another."""
     # Imported here: it takes long, and only this function needs it.
     from scipy.spatial import KDTree
 
-    side = np.sqrt(n * checks.positive("area", area))
-    rng = np.random.default_rng(checks.whole("seed", seed))
     centers, radii = np.empty((0, 2)), np.empty(0)
     for _ in range(100):
         missing = n - len(radii)
         if not missing:
-            break
+            return centers, radii
         centers = np.concatenate([centers, rng.uniform(0, side, (missing, 2))])
         radii = np.concatenate([radii, rng.uniform(*SIZES, missing)])
         pairs = KDTree(centers).query_pairs(2 * SIZES[1], output_type="ndarray")
@@ -78,27 +93,21 @@ def random_world(n, seed, shapes=("disc",), area=SPACIOUS):
         keep = np.ones(len(radii), bool)
         keep[second[apart <= radii[first] + radii[second]]] = False
         centers, radii = centers[keep], radii[keep]
-    else:
-        raise InvalidWorld(
-            f"{n} obstacles do not fit on {side:.3g} m x {side:.3g} m; give a larger area"
-        )
-    kinds = rng.choice(kinds, n)
-    return World(
-        [
-            Disc(center, radius) if kind == "disc" else _star(center, radius, rng)
-            for center, radius, kind in zip(centers, radii, kinds, strict=True)
-        ]
+    raise InvalidWorld(
+        f"{n} obstacles do not fit on {side:.3g} m x {side:.3g} m; give a larger area"
     )
 
 
-def _star(center, radius, rng):
+def _star(center: np.ndarray, radius: float, rng: np.random.Generator) -> Polygon:
     """A polygon inside a circle: one corner in each of equal sectors."""
     corners = int(rng.integers(3, 8))
     angles = 2 * np.pi * (np.arange(corners) + rng.uniform(0, 0.9, corners)) / corners
     return Polygon(center + radius * rng.uniform(0.4, 1, (corners, 1)) * unit(angles))
 
 
-def random_query(world, seed, robot=None, margin=MARGIN):
+def random_query(
+    world: World, seed: int, robot: KheperaIV | None = None, margin: float = MARGIN
+) -> tuple[np.ndarray, np.ndarray]:
     """A start and a goal where the robot stands free with its margin.
 
     Parameters
@@ -132,11 +141,11 @@ def random_query(world, seed, robot=None, margin=MARGIN):
     low, high = np.zeros(2), np.zeros(2)
     if len(world):
         low, high = world.edges.min((0, 1)), world.edges.max((0, 1))
-    reach = turning_radius(robot, checks.positive("margin", margin))
+    clearance = turning_radius(robot, checks.positive("margin", margin))
     free = np.empty((0, 2))
     for _ in range(100):
         points = rng.uniform(low - robot.diameter, high + robot.diameter, (16, 2))
-        close, _, _ = world.near(shapely.points(points), reach)
+        close, _, _ = world.near(shapely.points(points), clearance)
         free = np.concatenate([free, np.delete(points, close, axis=0)])
         if len(free) > 1:
             return free[0], free[1]

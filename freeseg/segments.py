@@ -1,16 +1,17 @@
 """Free segments between neighbouring obstacles: paper, section 3.2.1."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
 from freeseg import checks
-from freeseg.geometry import angle_of, unit
-from freeseg.robot import as_robot
+from freeseg.geometry import angle_of, read_only, unit
+from freeseg.robot import KheperaIV, as_robot
 from freeseg.triangulation import triangulate
-from freeseg.world import Disc, check_world
+from freeseg.world import Disc, World, check_world
 
 #: Security margin delta (m). Not published: an assumption.
 MARGIN = 0.005
@@ -30,22 +31,32 @@ class FreeSegment:
         Length that makes it safe, D_r + delta (m).
     """
 
-    obstacles: tuple
+    obstacles: tuple[int, int]
     ends: np.ndarray
     required: float
 
+    def __repr__(self) -> str:
+        first, second = (f"obstacle {k + 1}" if k >= 0 else "outside" for k in self.obstacles)
+        kind = "safe" if self.safe else "danger"
+        return f"FreeSegment of {self.length:.4f} m from {first} to {second}, {kind}"
+
     @property
-    def length(self):
+    def length(self) -> float:
         """Length SP (m), equations (2) and (3)."""
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
 
     @property
-    def safe(self):
+    def safe(self) -> bool:
         """Whether the robot fits through with its margin: SP >= D_r + delta."""
         return self.length >= self.required
 
 
-def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
+def free_segments(
+    world: World,
+    robot: KheperaIV | None = None,
+    margin: float = MARGIN,
+    neighbours: str = "chain",
+) -> tuple[FreeSegment, ...]:
     """Free segments between neighbouring obstacles, equations (2) to (4).
 
     Parameters
@@ -91,7 +102,9 @@ def free_segments(world, robot=None, margin=MARGIN, neighbours="chain"):
     return make_segments(pairs, nearest, world.radii[pairs], required)
 
 
-def make_segments(obstacles, points, radii, required):
+def make_segments(
+    obstacles: np.ndarray, points: np.ndarray, radii: np.ndarray, required: float
+) -> tuple[FreeSegment, ...]:
     """Free segments between points of cores that are grown.
 
     Parameters
@@ -110,14 +123,14 @@ def make_segments(obstacles, points, radii, required):
     tuple of FreeSegment
     """
     across = unit(angle_of(points[:, 1] - points[:, 0]))
-    ends = points + radii[..., None] * np.stack([across, -across], axis=1)
+    ends = read_only(points + radii[..., None] * np.stack([across, -across], axis=1))
     return tuple(
-        FreeSegment(tuple(pair), both, required)
-        for pair, both in zip(obstacles.tolist(), ends, strict=True)
+        FreeSegment((first, second), both, required)
+        for (first, second), both in zip(obstacles.tolist(), ends, strict=True)
     )
 
 
-def group_labels(world, gap):
+def group_labels(world: World, gap: float) -> np.ndarray:
     """Groups of obstacles that the robot cannot pass between.
 
     Parameters
@@ -131,7 +144,7 @@ def group_labels(world, gap):
     Returns
     -------
     ndarray of int, shape (n,)
-        Number of the group that each obstacle belongs to.
+        Index of the group that each obstacle belongs to.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -167,8 +180,13 @@ class Endpoint:
     segment: int | None
     center: np.ndarray
 
+    def __repr__(self) -> str:
+        x, y = self.point
+        kind = "an outer one" if self.segment is None else f"of segment {self.segment + 1}"
+        return f"Endpoint at ({x:.4f}, {y:.4f}) m on obstacle {self.obstacle + 1}, {kind}"
 
-def find_endpoints(world, segments):
+
+def find_endpoints(world: World, segments: Sequence[FreeSegment]) -> tuple[Endpoint, ...]:
     """Endpoints of the safe segments, and outer endpoints.
 
     An end of a danger segment is no endpoint, for danger segments are
@@ -190,37 +208,36 @@ def find_endpoints(world, segments):
     tuple of Endpoint
         Of all obstacles.
     """
-    facing = [[] for _ in range(len(world))]
-    for number, segment in enumerate(segments):
+    facing: list[list[tuple[int, np.ndarray, np.ndarray]]] = [[] for _ in world]
+    for index, segment in enumerate(segments):
         across = (segment.ends[1] - segment.ends[0]) / segment.length
-        for obstacle, end, outward in zip(
-            segment.obstacles, segment.ends, (across, -across), strict=True
-        ):
-            facing[obstacle].append((number, end, outward))
+        outwards = read_only(across), read_only(-across)
+        for owner, end, outward in zip(segment.obstacles, segment.ends, outwards, strict=True):
+            facing[owner].append((index, end, outward))
     endpoints = []
-    for index, (obstacle, ends) in enumerate(zip(world.obstacles, facing, strict=True)):
-        corners = world.corners[index]
-        for number, end, outward in ends:
-            if segments[number].safe:
+    for owner, (obstacle, ends) in enumerate(zip(world, facing, strict=True)):
+        corners = world.corners[owner]
+        for index, end, outward in ends:
+            if segments[index].safe:
                 corner = corners[np.argmin(((corners - end) ** 2).sum(1))]
-                endpoints.append(Endpoint(end, outward, index, number, corner))
+                endpoints.append(Endpoint(end, outward, owner, index, corner))
         if isinstance(obstacle, Disc):
             angles = sorted(math.atan2(outward[1], outward[0]) for _, _, outward in ends)
-            for outward in unit(_between(angles)):
-                point = obstacle.center + obstacle.radius * outward
-                endpoints.append(Endpoint(point, outward, index, None, obstacle.center))
+            for outward in read_only(unit(_between(angles))):
+                point = read_only(obstacle.center + obstacle.radius * outward)
+                endpoints.append(Endpoint(point, outward, owner, None, obstacle.center))
         else:
             for corner, outward in zip(corners, obstacle.outward, strict=True):
-                endpoints.append(Endpoint(corner, outward, index, None, corner))
+                endpoints.append(Endpoint(corner, outward, owner, None, corner))
     return tuple(endpoints)
 
 
-def _between(angles):
+def _between(angles: list[float]) -> list[float]:
     """Directions that part the gaps between sorted angles into quarter turns at most."""
     quarter = math.pi / 2
     if not angles:
         return [0, quarter, 2 * quarter, 3 * quarter]
-    directions = []
+    directions: list[float] = []
     for angle, following in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True):
         # The small amount keeps a gap of exactly a quarter turn from counting as more.
         parts = math.ceil((following - angle) / quarter - 1e-9)
