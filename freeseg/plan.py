@@ -82,7 +82,9 @@ class TurningPoint:
 
     def __repr__(self) -> str:
         sense = "counter-clockwise" if self.sense > 0 else "clockwise"
-        return f"TurningPoint {sense} round obstacle {self.obstacle + 1}, {self.radius:.4f} m wide"
+        return (
+            f"TurningPoint {sense} round obstacle {self.obstacle + 1}, radius {self.radius:.4f} m"
+        )
 
     @property
     def point(self) -> np.ndarray:

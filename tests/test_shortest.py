@@ -53,7 +53,7 @@ def optimum_round_all(world, start, goal, robot):
     """Length of the shortest way round all obstacles at once; infinite where there is none."""
     query = ask(world, start, goal, robot, MARGIN)
     try:
-        return query.connect(ShortestRoute(query).go_round(range(len(world))))[0].length
+        return ShortestRoute(query).go_round(range(len(world)))[1].length
     except fs.NoPath:
         return np.inf
 

@@ -2,11 +2,16 @@
 
 from dataclasses import replace
 
+from numpy.typing import ArrayLike
+
 from freeseg.errors import Trapped
+from freeseg.plan import Plan, Planner
+from freeseg.robot import KheperaIV
 from freeseg.segments import MARGIN
+from freeseg.world import World
 
 
-def with_fallback(first, second):
+def with_fallback(first: Planner, second: Planner) -> Planner:
     """Planner that asks a second one where the first is trapped.
 
     Parameters
@@ -29,7 +34,13 @@ def with_fallback(first, second):
     'rooms'
     """
 
-    def planner(world, start, goal, robot=None, margin=MARGIN):
+    def planner(
+        world: World,
+        start: ArrayLike,
+        goal: ArrayLike,
+        robot: KheperaIV | None = None,
+        margin: float = MARGIN,
+    ) -> Plan:
         try:
             return first(world, start, goal, robot, margin)
         except Trapped as trapped:

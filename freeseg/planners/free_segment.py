@@ -5,21 +5,39 @@ the turning point, place the dangerous circle, plan the path, and as long as
 there is a danger problem, solve it and come back.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import Trapped
 from freeseg.geometry import angle_of, arc_sweep, tangents, unit
 from freeseg.path import GRAZING, Arc, Line, Path
 from freeseg.plan import Candidate, Plan, Step, StepKind, TurningPoint
-from freeseg.planners.query import ROUND_OFF, ask, needless_turns
+from freeseg.planners.query import ROUND_OFF, Query, ask, detour_lengths, needless_turns
 from freeseg.planners.shortest import ShortestRoute
-from freeseg.segments import MARGIN, find_endpoints, free_segments, group_labels
+from freeseg.robot import KheperaIV
+from freeseg.segments import (
+    MARGIN,
+    Endpoint,
+    FreeSegment,
+    find_endpoints,
+    free_segments,
+    group_labels,
+)
+from freeseg.world import World
 
 
-def plan(world, start, goal, robot=None, margin=MARGIN):
+def plan(
+    world: World,
+    start: ArrayLike,
+    goal: ArrayLike,
+    robot: KheperaIV | None = None,
+    margin: float = MARGIN,
+) -> Plan:
     """Plan a path with free segments and turning points (Fig. 3).
 
     Parameters
@@ -84,7 +102,9 @@ def plan(world, start, goal, robot=None, margin=MARGIN):
 
 
 @lru_cache(maxsize=16)
-def _prepare(world, robot, margin):
+def _prepare(
+    world: World, robot: KheperaIV, margin: float
+) -> tuple[tuple[FreeSegment, ...], tuple[Endpoint, ...], frozenset[int]]:
     """What does not depend on start and goal: many queries of a world share it.
 
     Returns
@@ -103,25 +123,29 @@ def _prepare(world, robot, margin):
 class _Search:
     """State of one planning run; its methods are the boxes of Fig. 3."""
 
-    def __init__(self, query):
+    def __init__(self, query: Query) -> None:
         self.query, self.world, self.robot = query, query.world, query.robot
         self.segments, self.endpoints, self.dead_ends = _prepare(
             query.world, query.robot, query.margin
         )
-        self.turns, self.group, self.seen, self.steps = [], set(), {()}, []
+        self.turns: list[TurningPoint] = []
+        self.group: set[int] = set()
+        self.seen: set[tuple] = {()}
+        self.steps: list[Step] = []
         self.detour = ShortestRoute(query)
-        self.path, self.passed = query.connect([])
+        self.path, self.passed = query.straight_line(), [0]
         self.record(StepKind.STRAIGHT)
 
-    def record(self, kind, **details):
+    def record(self, kind: StepKind, **details: Any) -> None:
         """Append a step to the trace."""
         self.steps.append(Step(kind, self.path, **details))
 
-    def solve(self, piece, blocking, distance):
+    def solve(self, piece: int, blocking: int, distance: float) -> None:
         """Solve a danger problem: one more turning point, or a local minimum."""
         place = self.passed[piece]
         first = not self.turns
-        leg, candidates = None, ()
+        leg: np.ndarray | None = None
+        candidates: tuple[Candidate, ...] = ()
         if isinstance(self.path.pieces[piece], Line) and blocking not in self.dead_ends:
             # Section 3.2.2 searches all endpoints; a repair (3.3.1) those of the blocking obstacle.
             leg, candidates = self.rank(
@@ -141,12 +165,12 @@ class _Search:
             candidates = tuple(refused if one is chosen else one for one in candidates)
         self.go_round_group(blocking, leg, candidates)
 
-    def turn(self, endpoint, sense):
+    def turn(self, endpoint: Endpoint, sense: int) -> TurningPoint:
         """Turning point at an endpoint."""
         radius = float(self.query.turning_radii[endpoint.obstacle])
         return TurningPoint(endpoint, endpoint.obstacle, endpoint.center, radius, sense)
 
-    def adopt(self, turns):
+    def adopt(self, turns: list[TurningPoint]) -> bool:
         """Take these turns, unless they have no path or were tried before."""
         key = tuple((turn.obstacle, *turn.center, turn.sense) for turn in turns)
         path, passed = self.query.connect(turns)
@@ -156,7 +180,7 @@ class _Search:
         self.turns, self.path, self.passed = turns, path, passed
         return True
 
-    def drop_needless_turns(self):
+    def drop_needless_turns(self) -> bool:
         """Drop turns that a later one made needless; False if that fails."""
         while needless := [
             index for index in needless_turns(self.path, self.passed) if self.turns[index].endpoint
@@ -168,19 +192,16 @@ class _Search:
             self.record(StepKind.NEEDLESS_TURN, blocking=dropped)
         return True
 
-    def rank(self, endpoints, place):
+    def rank(
+        self, endpoints: Sequence[Endpoint], place: int
+    ) -> tuple[np.ndarray, tuple[Candidate, ...]]:
         """Ends of a leg, and candidates for a turn on it by increasing detour (5)-(6)."""
         before = self.turns[place - 1] if place else None
         after = self.turns[place] if place < len(self.turns) else None
-        leg = np.array(
-            [
-                before.point if before else self.query.start,
-                after.point if after else self.query.goal,
-            ]
-        )
-        points = np.array([endpoint.point for endpoint in endpoints]).reshape(-1, 2)
-        detours = np.hypot(*(points - leg[0]).T) + np.hypot(*(points - leg[1]).T)
-        candidates, middle = [], None
+        leg = self.query.leg(self.turns, place)
+        detours = detour_lengths(endpoints, leg)
+        candidates: list[Candidate] = []
+        middle = None
         for index in np.argsort(detours, kind="stable").tolist():
             endpoint, sense, rejected = endpoints[index], 0, "a shorter detour was found"
             if middle is None:
@@ -188,7 +209,9 @@ class _Search:
             candidates.append(Candidate(endpoint, float(detours[index]), sense, rejected))
         return leg, tuple(candidates if middle is None else _prefer_segment(candidates, middle))
 
-    def examine(self, endpoint, before, after):
+    def examine(
+        self, endpoint: Endpoint, before: TurningPoint | None, after: TurningPoint | None
+    ) -> tuple[int, str, np.ndarray | None]:
         """Sense of the turn past an endpoint, what is wrong, and where its middle is.
 
         The middle, as a direction from the circle's centre, is None where
@@ -209,14 +232,20 @@ class _Search:
         if not past.any():
             return 0, "no turn is needed to pass there", None
         side = int(np.argmax(past))
-        arc = Path([Arc(endpoint.center, radius, first[side], sweep[side])])
+        arc = Path([Arc(endpoint.center.tolist(), radius, first[side], sweep[side])])
         _, touched, distances = arc.near(self.world, self.robot.radius - ROUND_OFF)
         if len(touched):
             nearest = touched[np.argmin(distances)] + 1
             return int(senses[side]), f"a turn there touches obstacle {nearest}", None
         return int(senses[side]), "", middle[side]
 
-    def touch(self, center, signed, before, after):
+    def touch(
+        self,
+        center: np.ndarray,
+        signed: np.ndarray,
+        before: TurningPoint | None,
+        after: TurningPoint | None,
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Where tangents from the turn before join a circle, and leave it for the one after.
 
         Of shape (2, 2) each: for both senses, the circle's signed radii.
@@ -232,7 +261,12 @@ class _Search:
         )
         return join, leave
 
-    def go_round_group(self, blocking, leg=None, candidates=()):
+    def go_round_group(
+        self,
+        blocking: int,
+        leg: np.ndarray | None = None,
+        candidates: tuple[Candidate, ...] = (),
+    ) -> None:
         """Escape a local minimum (section 3.3.2): the shortest route round groups."""
         label = group_labels(self.world, self.robot.diameter + self.query.margin)
         # Normally the blocking obstacle's group is new; if not, the turns' groups, at last all.
@@ -245,13 +279,12 @@ class _Search:
                 f"round-off at obstacle {blocking + 1}; please report this world", self.steps
             )
         self.group = grown
-        self.turns = self.detour.go_round(grown)
-        self.path, self.passed = self.query.connect(self.turns)
+        self.turns, self.path, self.passed = self.detour.go_round(grown)
         details = {"blocking": blocking, "leg": leg, "candidates": candidates}
         self.record(StepKind.LOCAL_MINIMUM, group=tuple(sorted(grown)), **details)
 
 
-def _prefer_segment(candidates, middle):
+def _prefer_segment(candidates: list[Candidate], middle: np.ndarray) -> list[Candidate]:
     """Candidates with the chosen one named by the end of a safe segment, where there is one.
 
     An outer endpoint and the end of a safe segment may lie on the same turn, whose

@@ -1,17 +1,28 @@
 """The paper's planner word by word (section 3), to see what its words leave open."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import Trapped
 from freeseg.geometry import cross
 from freeseg.plan import Plan, Step, StepKind, TurningPoint
-from freeseg.planners.query import ask
-from freeseg.segments import MARGIN, find_endpoints, free_segments
+from freeseg.planners.query import Query, ask, detour_lengths
+from freeseg.robot import KheperaIV
+from freeseg.segments import MARGIN, Endpoint, find_endpoints, free_segments
+from freeseg.world import World
 
 
 def literal_plan(
-    world, start, goal, robot=None, margin=MARGIN, concentric=False, outer_endpoints=False
-):
+    world: World,
+    start: ArrayLike,
+    goal: ArrayLike,
+    robot: KheperaIV | None = None,
+    margin: float = MARGIN,
+    concentric: bool = False,
+    outer_endpoints: bool = False,
+) -> Plan:
     """Plan with nothing added to the paper's words: each choice once, and the first one.
 
     Parameters
@@ -42,42 +53,52 @@ def literal_plan(
     endpoints = [
         end for end in find_endpoints(world, segments) if outer_endpoints or end.segment is not None
     ]
-    turns, steps = [], []
-    path, passed = query.connect(turns)
-    steps.append(Step(StepKind.STRAIGHT, path))
+    turns: list[TurningPoint] = []
+    path, passed = query.straight_line(), [0]
+    steps = [Step(StepKind.STRAIGHT, path)]
     while (danger := query.danger(path)) is not None:
-        number, blocking, distance = danger
-        # The first search is over all endpoints, a repair's (3.3.1) over the blocking obstacle's.
-        used = [turn.endpoint for turn in turns]
-        choice = [end for end in endpoints if not turns or end.obstacle == blocking]
-        choice = [end for end in choice if end not in used]
-        if not choice:
+        piece, blocking, distance = danger
+        leg = query.leg(turns, passed[piece])
+        endpoint = _choose(endpoints, turns, blocking, leg)
+        if endpoint is None:
             raise Trapped(
                 f"there is no endpoint, or none left, to turn at before obstacle {blocking + 1}; "
                 "plan with fs.plan",
                 steps,
             )
-        place = passed[number]
-        before = turns[place - 1].point if place else query.start
-        after = turns[place].point if place < len(turns) else query.goal
-        points = np.array([end.point for end in choice])
-        detour = np.hypot(*(points - before).T) + np.hypot(*(points - after).T)  # (5), (6)
-        end = choice[np.argmin(detour)]
-        # Through the segment: the obstacle stays on the other side.
-        sense = 1 if cross(after - before, end.outward) < 0 else -1
-        radius = float(query.turning_radii[end.obstacle])
-        center = end.center
-        if not concentric:
-            center, radius = end.point, radius - float(world.radii[end.obstacle])
-        turns.insert(place, TurningPoint(end, end.obstacle, center, radius, sense))
-        path, passed = query.connect(turns)
-        if path is None:
+        turns.insert(passed[piece], _turn(query, endpoint, leg, concentric))
+        longer, passed = query.connect(turns)
+        if longer is None:
             raise Trapped(
-                f"no tangent leads to the dangerous circle at obstacle {end.obstacle + 1} and on; "
-                "plan with fs.plan",
+                "no tangent leads to the dangerous circle at obstacle "
+                f"{endpoint.obstacle + 1} and on; plan with fs.plan",
                 steps,
             )
+        path = longer
         kind = StepKind.TURNING_POINT if len(turns) == 1 else StepKind.of_danger(distance)
-        steps.append(Step(kind, path, blocking=blocking, leg=np.array([before, after])))
+        steps.append(Step(kind, path, blocking=blocking, leg=leg))
     query.verify(path, steps)
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
+
+
+def _choose(
+    endpoints: Sequence[Endpoint], turns: Sequence[TurningPoint], blocking: int, leg: np.ndarray
+) -> Endpoint | None:
+    """The endpoint of least detour where there is no turn yet, or None.
+
+    The first search is over all endpoints, a repair's (3.3.1) over the blocking obstacle's.
+    """
+    used = [turn.endpoint for turn in turns]
+    choice = [end for end in endpoints if not turns or end.obstacle == blocking]
+    choice = [end for end in choice if end not in used]
+    return choice[np.argmin(detour_lengths(choice, leg))] if choice else None
+
+
+def _turn(query: Query, endpoint: Endpoint, leg: np.ndarray, concentric: bool) -> TurningPoint:
+    """Turning point at an endpoint, through the segment: the obstacle stays on the other side."""
+    obstacle = endpoint.obstacle
+    sense = 1 if cross(leg[1] - leg[0], endpoint.outward) < 0 else -1
+    center, radius = endpoint.center, float(query.turning_radii[obstacle])
+    if not concentric:
+        center, radius = endpoint.point, radius - float(query.world.radii[obstacle])
+    return TurningPoint(endpoint, obstacle, center, radius, sense)

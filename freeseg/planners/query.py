@@ -1,15 +1,19 @@
 """What a planner is asked: a checked query, which checks paths in turn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
-from freeseg.path import GRAZING, Arc, taut_path
-from freeseg.plan import turning_radius
+from freeseg.geometry import read_only
+from freeseg.path import GRAZING, Arc, Line, Path, taut_path
+from freeseg.plan import Step, TurningPoint, turning_radius
 from freeseg.robot import KheperaIV, as_robot
+from freeseg.segments import Endpoint
 from freeseg.world import World, as_position, check_world
 
 #: So many samples of a path are checked together.
@@ -22,8 +26,8 @@ SMALLEST = 10e-9
 ROUND_OFF = 1e-9
 
 
-def needless_turns(path, passed):
-    """Numbers of the turns whose arc is more than half a turn, in driving order.
+def needless_turns(path: Path, passed: Sequence[int]) -> list[int]:
+    """Indices of the turns whose arc is more than half a turn, in driving order.
 
     There the taut path would leave the circle before it arrives: a sign that a later
     turn made this one needless.
@@ -34,10 +38,24 @@ def needless_turns(path, passed):
         From `taut_path`.
     """
     return [
-        number
-        for piece, number in zip(path.pieces, passed, strict=True)
+        turn
+        for piece, turn in zip(path.pieces, passed, strict=True)
         if isinstance(piece, Arc) and abs(piece.sweep) > np.pi
     ]
+
+
+def detour_lengths(endpoints: Sequence[Endpoint], leg: np.ndarray) -> np.ndarray:
+    """Lengths SD over endpoints (m), equations (5) and (6), shape (k,).
+
+    Parameters
+    ----------
+    endpoints : sequence of Endpoint
+        k endpoints.
+    leg : ndarray, shape (2, 2)
+        The points between which a turning point is searched (m).
+    """
+    points = np.array([endpoint.point for endpoint in endpoints]).reshape(-1, 2)
+    return np.hypot(*(points - leg[0]).T) + np.hypot(*(points - leg[1]).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +83,31 @@ class Query:
     margin: float
     turning_radii: np.ndarray
 
-    def connect(self, turns):
+    def straight_line(self) -> Path:
+        """Path from the start straight to the goal, with which every planner begins."""
+        return Path([Line(self.start.tolist(), self.goal.tolist())])
+
+    def connect(self, turns: Sequence[TurningPoint]) -> tuple[Path | None, list[int]]:
         """Path round the dangerous circles of turns, see `taut_path`."""
         return taut_path(
             self.start, [(turn.center, turn.sense * turn.radius) for turn in turns], self.goal
         )
 
-    def danger(self, path):
+    def leg(self, turns: Sequence[TurningPoint], place: int) -> np.ndarray:
+        """The points (m) between which one more turn is searched, shape (2, 2).
+
+        Parameters
+        ----------
+        turns : sequence of TurningPoint
+            In driving order.
+        place : int
+            How many of them come before the new one.
+        """
+        before = turns[place - 1].point if place else self.start
+        after = turns[place].point if place < len(turns) else self.goal
+        return read_only(np.array([before, after]))
+
+    def danger(self, path: Path) -> tuple[int, int, float] | None:
         """The first danger problem of a path (section 3.3.1).
 
         Returns
@@ -90,7 +126,7 @@ class Query:
         met = first[np.argmin((np.array(middles) - piece.start) @ heading)]
         return int(pieces[met]), int(obstacles[met]), float(distances[met])
 
-    def verify(self, path, steps):
+    def verify(self, path: Path, steps: Sequence[Step]) -> None:
         """Check a path by other means: Shapely, on samples.
 
         They are R_r / 70 apart, 1 mm for a Khepera IV, unless that makes over
@@ -123,7 +159,9 @@ class Query:
             )
 
 
-def ask(world, start, goal, robot, margin):
+def ask(
+    world: World, start: ArrayLike, goal: ArrayLike, robot: KheperaIV | None, margin: float
+) -> Query:
     """Check what a planner is asked.
 
     Parameters
@@ -152,7 +190,7 @@ def ask(world, start, goal, robot, margin):
     start, goal = as_position(start, "start"), as_position(goal, "goal")
     if np.hypot(*(goal - start)) <= GRAZING:
         raise InvalidQuery(f"start and goal are the same point {start.tolist()}; move one")
-    reach = np.full(len(world), turning_radius(robot, margin))
+    clear = np.full(len(world), turning_radius(robot, margin))
     for what, position in (("start", start), ("goal", goal)):
         distances = world.distances(shapely.Point(position))
         if (distances < robot.radius).any():
@@ -165,5 +203,5 @@ def ask(world, start, goal, robot, margin):
             )
         # The circle must leave the position outside, by more than round-off, but not by so much
         # that a large robot would seem to touch.
-        reach = np.minimum(reach, distances - ROUND_OFF * np.minimum(distances, 0.5))
-    return Query(world, start, goal, robot, margin, world.radii + reach)
+        clear = np.minimum(clear, distances - ROUND_OFF * np.minimum(distances, 0.5))
+    return Query(world, start, goal, robot, margin, read_only(world.radii + clear))

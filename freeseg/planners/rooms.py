@@ -1,25 +1,30 @@
 """Free segments at scale: from room to room through safe segments.
 
 In a triangulation of the obstacles every edge between two of them is a free
-segment and every triangle is a room. The shortest way from room to room is
+segment and every triangle is a room. The shortest route from room to room is
 searched first; then the path is pulled taut round the dangerous circles at
 the ends of the segments that it passes.
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import Trapped
-from freeseg.geometry import cross, point_segment_distance, ranges
+from freeseg.geometry import cross, point_segment_distance, ranges, read_only
+from freeseg.path import Path
 from freeseg.plan import Plan, Step, StepKind, TurningPoint, turning_radius
-from freeseg.planners.query import ask, needless_turns
-from freeseg.segments import MARGIN, Endpoint, make_segments
-from freeseg.triangulation import triangulate
+from freeseg.planners.query import Query, ask, needless_turns
+from freeseg.robot import KheperaIV
+from freeseg.segments import MARGIN, Endpoint, FreeSegment, make_segments
+from freeseg.triangulation import Triangulation, triangulate
+from freeseg.world import World
 
-#: How much longer than the straight line the way may become, as a share of that line: at first,
+#: How much longer than the straight line the route may become, as a share of that line: at first,
 #: and where that is not enough.
 EXCESS = (1 / 16, 1 / 2, np.inf)
 
@@ -48,7 +53,7 @@ def _prepare(world, robot, margin):
     across = ends[:, 1] - ends[:, 0]
     length = np.hypot(*across.T)
     gap = length - radii.sum(1)
-    # Edges between parts of one obstacle are walls, also across bays: no way leads out of these.
+    # Edges between parts of one obstacle are walls, also across bays: nothing leads out of these.
     first, second = mesh.obstacle[mesh.edges].T
     safe = (gap >= robot.diameter + margin) & ((first != second) | (first < 0))
     # Beside the obstacle, but not beyond the middle of the gap.
@@ -67,7 +72,13 @@ def _prepare(world, robot, margin):
     return mesh, places, safe, heads, begins
 
 
-def plan_rooms(world, start, goal, robot=None, margin=MARGIN):
+def plan_rooms(
+    world: World,
+    start: ArrayLike,
+    goal: ArrayLike,
+    robot: KheperaIV | None = None,
+    margin: float = MARGIN,
+) -> Plan:
     """Plan from room to room through safe segments, in any world, also a large one.
 
     Parameters
@@ -88,7 +99,7 @@ def plan_rooms(world, start, goal, robot=None, margin=MARGIN):
     InvalidQuery, InvalidParameter
         As for `plan`.
     Trapped
-        Where no way leads from room to room, or its path could not be freed
+        Where no route leads from room to room, or its path could not be freed
         of danger; with the trace. That proves nothing: `with_fallback` lets
         another planner decide.
 
@@ -175,7 +186,7 @@ def _solve_dangers(query, turns, steps):
         if danger is None:
             return turns
         index, blocking, distance = danger
-        # The corner that is deepest in the way, turned round on the side where the path is.
+        # The corner that blocks the path most, turned round on the side where the path is.
         piece, corners = path.pieces[index], query.world.corners[blocking]
         begin, end = np.array(piece.start), np.array(piece.end)
         center = corners[np.argmin(point_segment_distance(corners, np.stack([begin, end])))]

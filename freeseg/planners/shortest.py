@@ -1,12 +1,18 @@
 """The shortest path there is: the paper's loop with an exact inner plan."""
 
+from collections.abc import Iterable
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import NoPath
+from freeseg.path import Path
 from freeseg.plan import Plan, Step, StepKind, TurningPoint
-from freeseg.planners.query import ROUND_OFF, ask
+from freeseg.planners.query import ROUND_OFF, Query, ask
 from freeseg.planners.tangent_graph import TangentGraph
+from freeseg.robot import KheperaIV
 from freeseg.segments import MARGIN
+from freeseg.world import World
 
 
 class ShortestRoute:
@@ -18,12 +24,13 @@ class ShortestRoute:
         Start, goal and dangerous circles.
     """
 
-    def __init__(self, query):
+    def __init__(self, query: Query) -> None:
         self.query, self.graph = query, TangentGraph(query.start, query.goal)
-        self.members, self.owner = set(), np.empty(0, int)
+        self.members: set[int] = set()
+        self.owner = np.empty(0, int)
 
-    def go_round(self, obstacles):
-        """Turns of the shortest route round these obstacles and all before.
+    def go_round(self, obstacles: Iterable[int]) -> tuple[list[TurningPoint], Path, list[int]]:
+        """The shortest route round these obstacles and all before.
 
         Parameters
         ----------
@@ -32,8 +39,10 @@ class ShortestRoute:
 
         Returns
         -------
-        list of TurningPoint
+        turns : list of TurningPoint
             In driving order.
+        path, passed
+            From `taut_path`.
 
         Raises
         ------
@@ -55,7 +64,7 @@ class ShortestRoute:
         route = self.graph.shortest()
         if route is None:
             raise NoPath(
-                f"{_name(self.members)} leave no way from {query.start.tolist()} to "
+                f"{_in_words(self.members)} leave no way from {query.start.tolist()} to "
                 f"{query.goal.tolist()} for a robot of {query.robot.diameter:g} m with a margin "
                 f"of {query.margin:g} m; move the start or the goal, or plan for a smaller robot "
                 "or margin"
@@ -64,10 +73,12 @@ class ShortestRoute:
         for circle, sense in route:
             center, radius = self.graph.centers[circle + 2], self.graph.radii[circle + 2]
             turns.append(TurningPoint(None, int(self.owner[circle]), center, float(radius), sense))
-        return turns
+        path, passed = query.connect(turns)
+        assert path is not None, "the graph has its tangents"
+        return turns, path, passed
 
 
-def _name(obstacles):
+def _in_words(obstacles: Iterable[int]) -> str:
     """Obstacles in words, numbered from 1; of many, the first few."""
     numbers = [index + 1 for index in sorted(obstacles)]
     if len(numbers) <= 12:
@@ -75,7 +86,13 @@ def _name(obstacles):
     return f"{len(numbers)} obstacles ({numbers[:3]} and more)"
 
 
-def shortest_path(world, start, goal, robot=None, margin=MARGIN):
+def shortest_path(
+    world: World,
+    start: ArrayLike,
+    goal: ArrayLike,
+    robot: KheperaIV | None = None,
+    margin: float = MARGIN,
+) -> Plan:
     """Plan the shortest path that keeps the margin, or prove that there is none.
 
     Parameters
@@ -119,12 +136,11 @@ def shortest_path(world, start, goal, robot=None, margin=MARGIN):
     query = ask(world, start, goal, robot, margin)
     keep_clear = query.turning_radii - world.radii - ROUND_OFF
     route = ShortestRoute(query)
-    turns, steps = [], []
-    path, _ = query.connect(turns)
-    steps.append(Step(StepKind.STRAIGHT, path))
+    turns: list[TurningPoint] = []
+    path = query.straight_line()
+    steps = [Step(StepKind.STRAIGHT, path)]
     while new := set(path.near(world, keep_clear)[1].tolist()) - route.members:
-        turns = route.go_round(new)
-        path, _ = query.connect(turns)
+        turns, path, _ = route.go_round(new)
         steps.append(Step(StepKind.SHORTEST, path, group=tuple(sorted(route.members))))
     query.verify(path, steps)
     return Plan(path, (), tuple(turns), tuple(steps), query.robot, query.margin)
