@@ -7,7 +7,6 @@ the ends of the segments that it passes.
 """
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from freeseg.errors import Trapped
 from freeseg.geometry import cross, point_segment_distance, ranges, read_only
-from freeseg.path import Path
+from freeseg.path import Arc, Line
 from freeseg.plan import Plan, Step, StepKind, TurningPoint, turning_radius
 from freeseg.planners.query import Query, ask, needless_turns
 from freeseg.robot import KheperaIV
@@ -29,25 +28,36 @@ from freeseg.world import World
 EXCESS = (1 / 16, 1 / 2, np.inf)
 
 
-@lru_cache(maxsize=4)
-def _prepare(world, robot, margin):
+class _RoomGraph(NamedTuple):
     """Graph of the rooms, for all queries of a world.
 
     A node is one end of a safe segment, where the robot passes it close to
-    the obstacle there; links join ends of two safe edges of one triangle.
+    the obstacle there; links join ends of two safe edges of one room.
 
-    Returns
-    -------
-    triangulation : Triangulation
+    Parameters
+    ----------
+    mesh : Triangulation
+        e edges.
     places : ndarray, shape (e, 2, 2)
         For both ends of every edge, where the robot passes it (m).
     safe : ndarray of bool, shape (e,)
         Whether the edge is a safe segment.
     heads : ndarray of int, shape (k,)
-        Node, 2 e + end, that every link leads to; sorted by where from.
+        Node, 2 edge + end, that every link leads to; sorted by where from.
     begins : ndarray of int, shape (2 e + 1,)
         Where in `heads` the links of each node begin.
     """
+
+    mesh: Triangulation
+    places: np.ndarray
+    safe: np.ndarray
+    heads: np.ndarray
+    begins: np.ndarray
+
+
+@lru_cache(maxsize=4)
+def _prepare(world: World, robot: KheperaIV, margin: float) -> _RoomGraph:
+    """Graph of the rooms of a world."""
     mesh = triangulate(world)
     ends, radii = mesh.points[mesh.edges], mesh.radii[mesh.edges]
     across = ends[:, 1] - ends[:, 0]
@@ -62,14 +72,14 @@ def _prepare(world, robot, margin):
     places = np.stack(
         [ends[:, 0] + beside[:, :1] * across, ends[:, 1] - beside[:, 1:] * across], axis=1
     )
-    # The three pairs of a triangle's edges, both ways, and both ends of each edge.
+    # The three pairs of a room's edges, in both directions, and both ends of each edge.
     pairs = mesh.edges_of[:, [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]]].reshape(-1, 2)
     pairs = pairs[safe[pairs].all(1)]
     nodes = 2 * pairs[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
     nodes = nodes.reshape(-1, 2)
     tails, heads = nodes[np.argsort(nodes[:, 0], kind="stable")].T
     begins = np.searchsorted(tails, np.arange(2 * len(places) + 1))
-    return mesh, places, safe, heads, begins
+    return _RoomGraph(mesh, places, safe, heads, begins)
 
 
 def plan_rooms(
@@ -118,9 +128,10 @@ def plan_rooms(
     True
     """
     query = ask(world, start, goal, robot, margin)
-    path, _ = query.connect([])
+    path = query.straight_line()
     steps = [Step(StepKind.STRAIGHT, path)]
-    turns, segments = [], ()
+    turns: list[TurningPoint] = []
+    segments: tuple[FreeSegment, ...] = ()
     if query.danger(path) is not None:
         turns, segments = _lead_through_rooms(query, steps)
         turns = _solve_dangers(query, turns, steps)
@@ -129,51 +140,61 @@ def plan_rooms(
     return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
 
 
-def _lead_through_rooms(query, steps):
+def _lead_through_rooms(
+    query: Query, steps: list[Step]
+) -> tuple[list[TurningPoint], tuple[FreeSegment, ...]]:
     """Turns of the taut path along the shortest route, and the segments that it passes."""
-    mesh, places, safe, *links = _prepare(query.world, query.robot, query.margin)
-    first, last = mesh.find(query.start), mesh.find(query.goal)
+    graph = _prepare(query.world, query.robot, query.margin)
+    first, last = graph.mesh.find(query.start), graph.mesh.find(query.goal)
     if first is not None and first == last:
         return [], ()
     edges = None
     if first is not None and last is not None:
-        edges = _find_route(query, places, safe, links, mesh.edges_of[[first, last]])
-    if edges is None:
+        edges = _find_route(query, graph, first, last)
+    if first is None or edges is None:
         raise Trapped(
             "no safe segments between different obstacles lead from the start to the goal; ask "
-            "fs.shortest_path, which tries every way, or plan for a smaller robot or margin",
+            "fs.shortest_path, which tries every route, or plan for a smaller robot or margin",
             steps,
         )
-    # The sites to the left and to the right of every segment passed.
-    sites = _orient(mesh, edges, first)
+    return _pull_through(query, graph.mesh, _orient(graph.mesh, edges, first))
+
+
+def _pull_through(
+    query: Query, mesh: Triangulation, sites: np.ndarray
+) -> tuple[list[TurningPoint], tuple[FreeSegment, ...]]:
+    """Turns of the taut path between sites (k, 2) on its left and right, and the segments."""
     required = query.robot.diameter + query.margin
     passed = make_segments(mesh.obstacle[sites], mesh.points[sites], mesh.radii[sites], required)
     # One that ends in the ring outside joins no two obstacles.
     inner = (mesh.obstacle[sites] >= 0).all(1)
-    names = np.where(inner, np.cumsum(inner) - 1, -1).tolist()
+    index = np.cumsum(inner) - 1
     signed = np.append(query.turning_radii, 0.0)[mesh.obstacle[sites]] * (1, -1)
     turns = []
     for gap, side in pull_taut(query.start, mesh.points[sites], signed, query.goal):
         ends, site = passed[gap].ends, sites[gap, side]
-        outward = (ends[1 - side] - ends[side]) / passed[gap].length
+        outward = read_only((ends[1 - side] - ends[side]) / passed[gap].length)
         obstacle, center = int(mesh.obstacle[site]), mesh.points[site]
-        segment = names[gap] if inner[gap] else None
+        segment = int(index[gap]) if inner[gap] else None
         endpoint = Endpoint(ends[side], outward, obstacle, segment, center)
         radius = float(abs(signed[gap, side]))
         turns.append(TurningPoint(endpoint, obstacle, center, radius, 1 - 2 * side))
     return turns, tuple(segment for segment, kept in zip(passed, inner, strict=True) if kept)
 
 
-def _solve_dangers(query, turns, steps):
+def _solve_dangers(
+    query: Query, turns: list[TurningPoint], steps: list[Step]
+) -> list[TurningPoint]:
     """Add turns where the path is in danger (section 3.3.1), drop those it does not need."""
-    seen, kind, blocking = set(), StepKind.ROOMS, None
+    seen: set[tuple] = set()
+    kind, blocking = StepKind.ROOMS, None
     while True:
         path, passed = query.connect(turns)
         key = tuple((*turn.center.tolist(), turn.sense) for turn in turns)
         if path is None or key in seen:
             raise Trapped(
-                "the way through the safe segments is too narrow at some turn; ask "
-                "fs.shortest_path, which tries every way",
+                "the route through the safe segments is too narrow at some turn; ask "
+                "fs.shortest_path, which tries every route",
                 steps,
             )
         seen.add(key)
@@ -181,33 +202,37 @@ def _solve_dangers(query, turns, steps):
         if needless := needless_turns(path, passed):
             turns = [turn for index, turn in enumerate(turns) if index not in needless]
             kind, blocking = StepKind.NEEDLESS_TURN, None
-            continue
-        danger = query.danger(path)
-        if danger is None:
+        elif danger := query.danger(path):
+            piece, blocking, distance = danger
+            kind = StepKind.of_danger(distance)
+            turns = turns.copy()
+            turns.insert(passed[piece], _turn_round(query, blocking, path.pieces[piece]))
+        else:
             return turns
-        index, blocking, distance = danger
-        # The corner that blocks the path most, turned round on the side where the path is.
-        piece, corners = path.pieces[index], query.world.corners[blocking]
-        begin, end = np.array(piece.start), np.array(piece.end)
-        center = corners[np.argmin(point_segment_distance(corners, np.stack([begin, end])))]
-        sense = 1 if cross(end - begin, center - begin) > 0 else -1
-        radius = float(query.turning_radii[blocking])
-        kind = StepKind.of_danger(distance)
-        turns = turns.copy()
-        turns.insert(passed[index], TurningPoint(None, blocking, center, radius, sense))
 
 
-def _find_route(query, places, safe, links, rooms):
+def _turn_round(query: Query, blocking: int, piece: Line | Arc) -> TurningPoint:
+    """Turn round the corner that blocks a piece most, on the side where the path is."""
+    corners, begin, end = query.world.corners[blocking], np.array(piece.start), np.array(piece.end)
+    center = corners[np.argmin(point_segment_distance(corners, np.stack([begin, end])))]
+    sense = 1 if cross(end - begin, center - begin) > 0 else -1
+    return TurningPoint(None, blocking, center, float(query.turning_radii[blocking]), sense)
+
+
+def _find_route(query: Query, graph: _RoomGraph, first: int, last: int) -> np.ndarray | None:
     """Edges passed on the shortest route from room to room, in order, or None.
 
     A* (P. Hart, N. Nilsson, B. Raphael, 1968) as Dijkstra's search with every
     length reduced by what the link gains towards the goal.
     """
-    heads, begins = links
     # The start is one more node; the goal is reached from the nodes of its room.
-    leave, arrive = ((2 * edges[safe[edges], None] + [0, 1]).ravel() for edges in rooms)
-    points = np.concatenate([places.reshape(-1, 2), query.start[None]])
-    heads, begins = np.concatenate([heads, leave]), np.append(begins, len(heads) + len(leave))
+    leave, arrive = (
+        (2 * edges[graph.safe[edges], None] + [0, 1]).ravel()
+        for edges in graph.mesh.edges_of[[first, last]]
+    )
+    points = np.concatenate([graph.places.reshape(-1, 2), query.start[None]])
+    heads = np.concatenate([graph.heads, leave])
+    begins = np.append(graph.begins, len(heads))
     to_goal, from_start = (np.hypot(*(points - end).T) for end in (query.goal, query.start))
     straight = to_goal[-1]
     for excess in EXCESS:
@@ -226,7 +251,13 @@ def _find_route(query, places, safe, links, rooms):
     return np.array(edges[::-1])
 
 
-def _search(points, heads, begins, inside, to_goal):
+def _search(
+    points: np.ndarray,
+    heads: np.ndarray,
+    begins: np.ndarray,
+    inside: np.ndarray,
+    to_goal: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Reduced length from the last node to every one inside, and the node before each."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -243,14 +274,14 @@ def _search(points, heads, begins, inside, to_goal):
     return dijkstra(graph, indices=len(points) - 1, return_predecessors=True)
 
 
-def _orient(mesh, edges, room):
+def _orient(mesh: Triangulation, edges: np.ndarray, room: int) -> np.ndarray:
     """Sites to the left and right of edges passed one after the other from a room, (k, 2)."""
     sites = []
     for edge in edges:
         triangle = mesh.triangles[room]
-        place = int(np.flatnonzero(mesh.edges_of[room] == edge)[0])
+        side = int(np.flatnonzero(mesh.edges_of[room] == edge)[0])
         # Counter-clockwise round the room, an edge leads from its right to its left site.
-        sites.append((triangle[(place + 1) % 3], triangle[place]))
+        sites.append((triangle[(side + 1) % 3], triangle[side]))
         pair = mesh.rooms_of[edge]
         room = pair[0] if pair[1] == room else pair[1]
     return np.array(sites)
@@ -264,11 +295,11 @@ class _Circle(NamedTuple):
     signed_radius: float
     bounds: tuple[int, int] | None = None
 
-    def is_at(self, other):
+    def is_at(self, other: "_Circle") -> bool:
         """Whether both have the same centre."""
         return (self.x, self.y) == (other.x, other.y)
 
-    def heading_to(self, other):
+    def heading_to(self, other: "_Circle") -> float:
         """Direction (rad) of the tangent between both."""
         apart = math.hypot(other.x - self.x, other.y - self.y)
         # Out of range where they overlap; then the path will not pass the check.
@@ -276,7 +307,7 @@ class _Circle(NamedTuple):
         return math.atan2(other.y - self.y, other.x - self.x) - math.asin(sine)
 
 
-def _bend(first, middle, last):
+def _bend(first: _Circle, middle: _Circle, last: _Circle) -> float:
     """Angle (rad) by which a taut path over three circles turns to the left."""
     return math.remainder(middle.heading_to(last) - first.heading_to(middle), 2 * math.pi)
 
@@ -284,10 +315,11 @@ def _bend(first, middle, last):
 class _Funnel:
     """Both sides of the funnel, each from its apex on, and the circles turned round before."""
 
-    def __init__(self, start):
-        self.chains, self.behind = ([start], [start]), []
+    def __init__(self, start: _Circle) -> None:
+        self.chains = [start], [start]
+        self.behind: list[_Circle] = []
 
-    def add(self, circle, side):
+    def add(self, circle: _Circle, side: int) -> None:
         """Take a circle into the left (0) or the right (1) side."""
         chain, other, sign = self.chains[side], self.chains[1 - side], 1 - 2 * side
         # A left chain bends to the left; what would bend it back falls away.
@@ -309,13 +341,15 @@ class _Funnel:
         chain.append(circle)
 
     @staticmethod
-    def _passes_over(other, circle, sign):
+    def _passes_over(other: list[_Circle], circle: _Circle, sign: int) -> bool:
         """Whether the direction to a circle lies beyond the first leg of the other side."""
         turned = other[0].heading_to(circle) - other[0].heading_to(other[1])
         return sign * math.remainder(turned, 2 * math.pi) < 0
 
 
-def pull_taut(start, centers, signed, goal):
+def pull_taut(
+    start: ArrayLike, centers: np.ndarray, signed: np.ndarray, goal: ArrayLike
+) -> list[tuple[int, int]]:
     """Turns of the shortest path through gaps between pairs of circles.
 
     The funnel algorithm (D. Lee, F. Preparata, "Euclidean shortest paths in
@@ -339,10 +373,12 @@ def pull_taut(start, centers, signed, goal):
     list of (int, int)
         Gap and side (0 left, 1 right) of every circle that is turned round.
     """
-    funnel = _Funnel(_Circle(*np.asarray(start, float).tolist(), 0.0))
+    first, last = (_Circle(x, y, 0.0) for x, y in np.array([start, goal], float).tolist())
+    funnel = _Funnel(first)
     for gap, (pair, radii) in enumerate(zip(centers.tolist(), signed.tolist(), strict=True)):
         for side in (0, 1):
             if radii[side]:
-                funnel.add(_Circle(*pair[side], radii[side], (gap, side)), side)
-    funnel.add(_Circle(*np.asarray(goal, float).tolist(), 0.0), 0)
-    return [circle.bounds for circle in [*funnel.behind, *funnel.chains[0][1:-1]]]
+                x, y = pair[side]
+                funnel.add(_Circle(x, y, radii[side], (gap, side)), side)
+    funnel.add(last, 0)
+    return [circle.bounds for circle in [*funnel.behind, *funnel.chains[0][1:-1]] if circle.bounds]
