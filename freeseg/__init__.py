@@ -5,6 +5,7 @@ obstacles. Everything is in metres, seconds and radians.
 """
 
 from importlib import import_module
+from typing import Any
 
 from freeseg import metrics
 from freeseg.disturbance import Disturbance
@@ -97,7 +98,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     """Import one of `_LAZY`."""
     if name not in _LAZY:
         raise AttributeError(f"module 'freeseg' has no attribute {name!r}")
@@ -105,5 +106,5 @@ def __getattr__(name):
     return getattr(module, name) if _LAZY[name] != f"freeseg.{name}" else module
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted({*globals(), *_LAZY})

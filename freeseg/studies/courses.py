@@ -3,11 +3,13 @@
 All of them are an assumption, for the paper compares no trackers.
 """
 
+from collections.abc import Iterator
 from functools import cache
 from itertools import count, islice
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import NoPath
 from freeseg.paper import load_cases, load_table
@@ -48,7 +50,12 @@ class Course(NamedTuple):
 
 
 def make_course(
-    name: str, world: World, start, goal, speed: float = SPEED, planner: Planner = ROOMS_FIRST
+    name: str,
+    world: World,
+    start: ArrayLike,
+    goal: ArrayLike,
+    speed: float = SPEED,
+    planner: Planner = ROOMS_FIRST,
 ) -> tuple[Course, bool]:
     """Plan a path and a timed reference along it.
 
@@ -86,12 +93,12 @@ def needed_variation(reference: Reference) -> float:
 
 
 @cache
-def random_courses(number: int, seed: int, speed: float = SPEED) -> tuple[Course, ...]:
+def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Course, ...]:
     """Courses through random worlds that take some turning.
 
     Parameters
     ----------
-    number : int
+    courses : int
         How many.
     seed : int
         Seed of the first world; those without a path, or with one that is
@@ -104,7 +111,7 @@ def random_courses(number: int, seed: int, speed: float = SPEED) -> tuple[Course
     tuple of Course
     """
 
-    def tries():
+    def tries() -> Iterator[Course]:
         for k in count(seed):
             world = random_world(OBSTACLES, k)
             ends = random_query(world, k, margin=WIDE_MARGIN)
@@ -115,7 +122,7 @@ def random_courses(number: int, seed: int, speed: float = SPEED) -> tuple[Course
             if worth:
                 yield course
 
-    return tuple(islice(tries(), number))
+    return tuple(islice(tries(), courses))
 
 
 @cache
@@ -148,7 +155,7 @@ def spread_offsets(robots: int, seed: int) -> np.ndarray:
     -------
     ndarray, shape (3, robots)
         For `simulate`: a Latin hypercube, so that a few robots do not all
-        start near by.
+        begin near by.
     """
     from scipy.stats import qmc
 

@@ -1,17 +1,21 @@
 """Many plans: how often each rule finds a path, and how long the paths are."""
 
 import math
+from collections.abc import Iterable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from freeseg.errors import InvalidWorld, NoPath, Trapped
+from freeseg.plan import Planner
 from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path
 from freeseg.random_worlds import random_query, random_world
 from freeseg.studies.runner import run
+from freeseg.world import World
 
 #: The rules that are compared, from the paper's words to the optimum.
-RULES = {
+RULES: dict[str, Planner] = {
     "literal": literal_plan,
     "literal, round the obstacle": partial(literal_plan, concentric=True),
     "completed": plan,
@@ -20,7 +24,7 @@ RULES = {
 }
 
 
-def random_case(seed):
+def random_case(seed: int) -> tuple[World, np.ndarray, np.ndarray]:
     """A random small world with a query.
 
     Parameters
@@ -40,14 +44,14 @@ def random_case(seed):
         n, area = int(rng.integers(1, 61)), rng.uniform(0.02, 0.1)
         shapes = (("disc",), ("polygon",), ("disc", "polygon"))[rng.integers(3)]
         try:
-            world = random_world(n, rng.integers(2**32), shapes, area)
-            return world, *random_query(world, rng.integers(2**32))
+            world = random_world(n, int(rng.integers(2**32)), shapes, area)
+            return world, *random_query(world, int(rng.integers(2**32)))
         except InvalidWorld:
             # No room for so many obstacles, or none left for the robot.
             continue
 
 
-def try_rules(seed):
+def try_rules(seed: int) -> dict[str, tuple[float, float]]:
     """Plan one random case by every rule.
 
     Parameters
@@ -72,7 +76,7 @@ def try_rules(seed):
     return found
 
 
-def compare_rules(seeds, jobs=1):
+def compare_rules(seeds: Iterable[int], jobs: int = 1) -> list[dict[str, Any]]:
     """Success and length of every rule over random cases.
 
     Parameters
@@ -87,7 +91,7 @@ def compare_rules(seeds, jobs=1):
     list of dict
         A row for every rule: ``rule``; ``worlds`` and, of these, ``solvable``
         (the exact planner finds a path), ``straight`` (the optimum is the
-        straight way) and ``solved``; ``tighter``, paths that it found where
+        straight line) and ``solved``; ``tighter``, paths that it found where
         none keeps R_D, by straight pieces that keep only R_r;
         ``median_ratio``, ``p95_ratio`` and ``max_ratio`` of the length to the
         optimum; ``optimal``, the share of these within 0.1 % of it;

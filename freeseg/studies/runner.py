@@ -1,7 +1,15 @@
 """The one place that starts processes: many independent cases on all cores."""
 
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
 
-def run(function, cases, jobs=1):
+Case = TypeVar("Case")
+Result = TypeVar("Result")
+
+
+def run(
+    function: Callable[[Case], Result], cases: Iterable[Case], jobs: int = 1
+) -> Iterator[Result]:
     """Results of a function for many cases, as they come.
 
     Parameters

@@ -1,11 +1,14 @@
 """Intervals of what was measured over courses and robots."""
 
+from collections.abc import Mapping
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg.errors import InvalidParameter
 
 
-def interval(values, seed=0):
+def interval(values: ArrayLike, seed: int = 0) -> tuple[float, float]:
     """Bootstrap interval of a mean over courses and robots.
 
     Parameters
@@ -44,12 +47,13 @@ def interval(values, seed=0):
         course, robot = course.astype(int), robot.astype(int)
         return values[course[..., :, None], robot[..., None, :]].mean((-1, -2))
 
-    numbers = [np.arange(length) for length in values.shape]
-    found = bootstrap(numbers, mean, n_resamples=2000, method="percentile", rng=seed)
-    return tuple(map(float, found.confidence_interval))
+    indices = [np.arange(length) for length in values.shape]
+    found = bootstrap(indices, mean, n_resamples=2000, method="percentile", rng=seed)
+    low, high = found.confidence_interval
+    return float(low), float(high)
 
 
-def separated(intervals):
+def separated(intervals: Mapping[str, tuple[float, float]]) -> list[tuple[str, str]]:
     """Which of some intervals lie apart.
 
     Parameters

@@ -3,15 +3,17 @@
 All of the protocol is an assumption, for the paper compares no trackers.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from freeseg import metrics
 from freeseg.disturbance import Disturbance
 from freeseg.reference import SPEED
-from freeseg.simulate import simulate
-from freeseg.studies.courses import DT, HELD_OUT, held_out_courses, spread_offsets
+from freeseg.simulate import Run, simulate
+from freeseg.studies.courses import DT, HELD_OUT, Course, held_out_courses, spread_offsets
 
 #: What disturbs every robot.
 DISTURBANCE = Disturbance(
@@ -25,7 +27,7 @@ DISTURBANCE = Disturbance(
     delay=0.05,
 )
 
-#: From then on, the offset at the start counts as forgotten (s); on a short course, from half of
+#: From then on, the first offset counts as forgotten (s); on a short course, from half of
 #: it on.
 STEADY = 4.0
 
@@ -36,7 +38,13 @@ ROUGHNESS, COLLISION = 0.02, 1.0
 SINGLE = ("Mpc",)
 
 
-def drive_course(tracker, course, offsets, seed, disturbance=DISTURBANCE):
+def drive_course(
+    tracker: Any,
+    course: Course,
+    offsets: np.ndarray,
+    seed: int,
+    disturbance: Disturbance = DISTURBANCE,
+) -> Run:
     """Robots that follow a course with one tracker, each with its own noise.
 
     Parameters
@@ -46,7 +54,7 @@ def drive_course(tracker, course, offsets, seed, disturbance=DISTURBANCE):
     course : Course
         What to follow.
     offsets : ndarray, shape (3, n)
-        Where they start.
+        Where they begin.
     seed : int
         Of their noise and slip.
     disturbance : Disturbance, optional
@@ -58,18 +66,26 @@ def drive_course(tracker, course, offsets, seed, disturbance=DISTURBANCE):
         A batch of n.
     """
 
-    def run(offset, seed):
+    def run(offset: np.ndarray, seed: int | tuple[int, int]) -> Run:
         return simulate(tracker, course.reference, None, DT, offset, disturbance, seed)
 
     if type(tracker).__name__ not in SINGLE:
         return run(offsets, seed)
     runs = [run(offset, (seed, k)) for k, offset in enumerate(offsets.T)]
     names = ("pose", "error", "wheels", "measured", "asked")
-    stacked = {name: np.stack([getattr(one, name) for one in runs], 1) for name in names}
+    stacked: dict[str, Any] = {
+        name: np.stack([getattr(one, name) for one in runs], 1) for name in names
+    }
     return replace(runs[0], **stacked)
 
 
-def evaluate(tracker, courses, offsets, seed, disturbance=DISTURBANCE):
+def evaluate(
+    tracker: Any,
+    courses: Sequence[Course],
+    offsets: np.ndarray,
+    seed: int,
+    disturbance: Disturbance = DISTURBANCE,
+) -> dict[str, np.ndarray]:
     """Numbers of a tracker on courses.
 
     Parameters
@@ -111,7 +127,7 @@ def evaluate(tracker, courses, offsets, seed, disturbance=DISTURBANCE):
     return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
 
 
-def held_out(tracker, speed=SPEED):
+def held_out(tracker: Any, speed: float = SPEED) -> dict[str, np.ndarray]:
     """Numbers on the courses that no search sees, see `evaluate`."""
     offsets = spread_offsets(HELD_OUT["robots"], HELD_OUT["seed"])
     return evaluate(tracker, held_out_courses(speed), offsets, HELD_OUT["seed"])

@@ -1,7 +1,8 @@
 """Search of gains: the same method and budget for every tracker, and what it found."""
 
+from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,11 +15,11 @@ from freeseg.studies.tracking import evaluate
 #: Evaluations of a search, and of these how many a generation has.
 BUDGET, POPULATION = 160, 16
 
-#: Where gains are searched for, on a logarithmic scale: ten times the default both ways, and a
-#: hundred times for weights of squares; further down for two gains of `SuperTwisting`, where a
+#: Where gains are searched for, on a logarithmic scale: ten times the default up and down, and
+#: a hundred times for weights of squares; further down for two gains of `SuperTwisting`, where a
 #: first search ended. The default weight of `Mpc` on accelerations is for a robot without delay,
 #: and lies at the end of its range.
-RANGES = {
+RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "SlidingMode": {
         "k1": (0.04, 4),
         "k2": (0.2, 20),
@@ -68,7 +69,7 @@ class Tuned(NamedTuple):
     the search never saw (m); ``chosen`` marks the seed with the best score.
     """
 
-    tracker: object
+    tracker: Any
     seed: int
     budget: int
     score: float
@@ -76,7 +77,7 @@ class Tuned(NamedTuple):
     chosen: bool
 
 
-def training_score(tracker):
+def training_score(tracker: Any) -> float:
     """Score (m) on the training courses; infinite where a solver gives up."""
     courses = random_courses(TRAINING["courses"], TRAINING["seed"])
     offsets = spread_offsets(TRAINING["robots"], TRAINING["seed"])
@@ -86,7 +87,7 @@ def training_score(tracker):
         return np.inf
 
 
-def tune(name, seed, budget=BUDGET):
+def tune(name: str, seed: int, budget: int = BUDGET) -> tuple[dict[str, float], float]:
     """Search the best gains of a tracker.
 
     Parameters
@@ -131,7 +132,7 @@ def tune(name, seed, budget=BUDGET):
     first = low + (high - low) * qmc.LatinHypercube(len(ranges), rng=rng).random(POPULATION)
     first[0] = np.log10([getattr(kind(), gain) for gain in ranges])
 
-    def gains_of(logarithms):
+    def gains_of(logarithms: np.ndarray) -> dict[str, float]:
         return {
             gain: float(f"{10**value:.4g}") for gain, value in zip(ranges, logarithms, strict=True)
         }
@@ -148,7 +149,7 @@ def tune(name, seed, budget=BUDGET):
     return gains_of(found.x), float(found.fun)
 
 
-def load_gains(file=DATA / "gains.csv"):
+def load_gains(file: str | PathLike[str] = DATA / "gains.csv") -> dict[str, list[Tuned]]:
     """Tuned trackers of a file.
 
     Parameters
@@ -168,9 +169,15 @@ def load_gains(file=DATA / "gains.csv"):
     InvalidParameter
         For a gain that is out of its range.
     """
-    columns = {"tracker": str, "gain": str, "value": float, "budget": int, "seed": int}
+    columns: dict[str, type] = {
+        "tracker": str,
+        "gain": str,
+        "value": float,
+        "budget": int,
+        "seed": int,
+    }
     columns |= {"score": float, "held_out": float, "chosen": int}
-    searches = {}
+    searches: dict[tuple[str, int], tuple[dict[str, float], dict[str, Any]]] = {}
     for row in read_csv(file, columns):
         if row["gain"] not in RANGES.get(row["tracker"], ()):
             raise InvalidData(
@@ -179,7 +186,7 @@ def load_gains(file=DATA / "gains.csv"):
             )
         gains, _ = searches.setdefault((row["tracker"], row["seed"]), ({}, row))
         gains[row["gain"]] = row["value"]
-    found = {}
+    found: dict[str, list[Tuned]] = {}
     for (name, seed), (gains, row) in searches.items():
         if missing := sorted(RANGES[name].keys() - gains):
             raise InvalidData(f"{Path(file).name}: {name}, seed {seed} lacks {missing}; tune again")

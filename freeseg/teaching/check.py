@@ -4,6 +4,7 @@ import io
 import signal
 import sys
 import warnings
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from traceback import walk_tb
 
@@ -18,7 +19,7 @@ class TooLong(BaseException):
 
 
 @contextmanager
-def quietly(limit=LIMIT):
+def quietly(limit: float = LIMIT) -> Iterator[None]:
     """Hide what code under test prints, and end it when its time is up.
 
     Parameters
@@ -52,7 +53,7 @@ def quietly(limit=LIMIT):
             ) from None
 
 
-def check(test, *seeds, limit=LIMIT):
+def check(test: Callable[[np.random.Generator], None], *seeds: int, limit: float = LIMIT) -> None:
     """Run a test of a problem set; say what fails, and let the notebook go on.
 
     What fails is printed to the error stream, for which nbgrader gives no
@@ -69,7 +70,7 @@ def check(test, *seeds, limit=LIMIT):
     limit : float, optional
         Longest time for each seed (s).
     """
-    title = test.__doc__.strip().splitlines()[0]
+    title = (test.__doc__ or "a test without a docstring").strip().splitlines()[0]
     for seed in seeds:
         try:
             with quietly(limit):

@@ -1,6 +1,8 @@
 """Whether a student's work is their own: parts of freeseg that refuse to work meanwhile."""
 
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Any
 
 
 class NotOwn(AssertionError):
@@ -8,7 +10,7 @@ class NotOwn(AssertionError):
 
 
 @contextmanager
-def without(*parts):
+def without(*parts: Any) -> Iterator[None]:
     """Let parts of freeseg refuse to work while a student's own code must.
 
     Parameters
@@ -32,7 +34,7 @@ def without(*parts):
     """
     with ExitStack() as stack:
         for part in parts:
-            function = part.start if isinstance(part, type) else part
+            function = getattr(part, "start", part)
             stack.callback(setattr, function, "__code__", function.__code__)
             function.__code__ = _refuse.__code__.replace(co_name=part.__name__)
         yield

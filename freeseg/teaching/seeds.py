@@ -5,7 +5,7 @@ import zlib
 from freeseg.errors import InvalidParameter
 
 
-def variant_seed(course, student):
+def variant_seed(course: str, student: str) -> int:
     """Seed of the worlds that one student of one course works on.
 
     Parameters
@@ -28,7 +28,7 @@ def variant_seed(course, student):
     >>> variant_seed("robotics", "Ada ") == variant_seed("robotics", "ada")
     True
     """
-    for name, value in (("course", course), ("student", student)):
-        if not isinstance(value, str) or not value.strip():
-            raise InvalidParameter(f'{name} is {value!r}; give a name in quotes, such as "ada"')
+    for whose, name in (("course", course), ("student", student)):
+        if not isinstance(name, str) or not name.strip():
+            raise InvalidParameter(f'{whose} is {name!r}; give a name in quotes, such as "ada"')
     return zlib.crc32("\n".join(name.strip().lower() for name in (course, student)).encode())
