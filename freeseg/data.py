@@ -53,7 +53,7 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
     if not lines:
         raise InvalidData(f"{path.name} has no rows below its header; add at least one")
 
-    def convert(row, name, kind, text):
+    def convert(row: int, name: str, kind: type, text: str | None) -> Any:
         try:
             value = kind(text or "")
             if not (value.strip() if kind is str else math.isfinite(value)):

@@ -26,7 +26,7 @@ def load_table(table: int, folder: str | PathLike[str] = DATA) -> World:
     Parameters
     ----------
     table : int
-        Its number, 1 to 5.
+        Which one, 1 to 5.
     folder : path-like
         Where ``tables.csv`` and ``obstacles.csv`` are.
 
@@ -41,8 +41,7 @@ def load_table(table: int, folder: str | PathLike[str] = DATA) -> World:
         For a table that is not there.
     InvalidData
         For a missing file or column, a value that is no number, an obstacle
-        number that is repeated, left out or without a size, or a centre off
-        the map of Fig. 12.
+        that is repeated, left out or without a size, or a centre off the map of Fig. 12.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 from os import PathLike
 from pathlib import Path as FilePath
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import shapely
@@ -32,7 +32,7 @@ GRAZING = 1e-9
 MOST_SAMPLES = 1e8
 
 
-def _check(piece, **sizes):
+def _check(piece: "Line | Arc", **sizes: int) -> None:
     """Turn a piece's fields into floats and pairs of them, or `InvalidParameter`."""
     for name, size in sizes.items():
         what, value = f"{name} of the {type(piece).__name__}", getattr(piece, name)
@@ -49,7 +49,7 @@ class Line:
 
     curvature = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check(self, start=2, end=2)
         if self.length == 0:
             raise InvalidParameter(f"{self} has length zero; leave it out")
@@ -59,7 +59,7 @@ class Line:
         """Length (m)."""
         return math.dist(self.start, self.end)
 
-    def at(self, s: np.ndarray | float) -> tuple[np.ndarray | float, np.ndarray | float, float]:
+    def at(self, s: float | np.ndarray) -> tuple[Any, Any, float]:
         """Position and heading after `s` (m): x, y (m), theta (rad)."""
         theta = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
         return self.start[0] + s * math.cos(theta), self.start[1] + s * math.sin(theta), theta
@@ -86,7 +86,7 @@ class Arc:
     start_angle: float
     sweep: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check(self, center=2, radius=1, start_angle=1, sweep=1)
         if self.radius <= 0 or self.sweep == 0:
             raise InvalidParameter(f"{self} needs a positive radius and a sweep that is not zero")
@@ -113,9 +113,7 @@ class Arc:
         x, y, _ = self.at(self.length)
         return float(x), float(y)
 
-    def at(
-        self, s: np.ndarray | float
-    ) -> tuple[np.ndarray | float, np.ndarray | float, np.ndarray | float]:
+    def at(self, s: float | np.ndarray) -> tuple[Any, Any, Any]:
         """Position and heading after `s` (m): x, y (m), theta (rad)."""
         angle = self.start_angle + self.curvature * s
         x, y = self.center
@@ -144,7 +142,7 @@ class Path:
 
     pieces: Sequence[Line | Arc]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         try:
             object.__setattr__(self, "pieces", tuple(self.pieces))
         except TypeError:

@@ -63,7 +63,7 @@ class Disc:
     center: np.ndarray
     radius: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         center = as_points(self.center, "disc centre", (2,), InvalidWorld)
         what = f"radius of the disc at {center.tolist()}"
         radius = checks.positive(what, self.radius, InvalidWorld)
@@ -104,7 +104,7 @@ class Polygon:
 
     vertices: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         vertices = as_points(self.vertices, "polygon", (None, 2), InvalidWorld)
         if len(vertices) > 1 and (vertices[0] == vertices[-1]).all():
             vertices = vertices[:-1]
@@ -143,7 +143,7 @@ class Polygon:
     def _convex(self) -> np.ndarray:
         """Which vertices are convex corners, shape (n,)."""
         leaving = np.roll(self.vertices, -1, 0) - self.vertices
-        return cross(np.roll(leaving, 1, 0), leaving) > 0
+        return read_only(cross(np.roll(leaving, 1, 0), leaving) > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ class World:
 
     obstacles: Sequence[Disc | Polygon]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         try:
             obstacles = tuple(self.obstacles)
         except TypeError:

@@ -58,7 +58,7 @@ def _near(points: np.ndarray, segments: np.ndarray, within: np.ndarray) -> np.nd
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Which segments properly cross which, shape (a, b)."""
 
-    def parts(lines, others):
+    def parts(lines: np.ndarray, others: np.ndarray) -> np.ndarray:
         along = lines[:, 1] - lines[:, 0]
         across = np.column_stack([-along[:, 1], along[:, 0]])
         level = (across * lines[:, 0]).sum(1)[:, None]

@@ -43,7 +43,7 @@ def interval(values: ArrayLike, seed: int = 0) -> tuple[float, float]:
             f"values has shape {values.shape}; give numbers of two courses and two robots or more"
         )
 
-    def mean(course, robot, axis):
+    def mean(course: np.ndarray, robot: np.ndarray, axis: int) -> np.ndarray:
         course, robot = course.astype(int), robot.astype(int)
         return values[course[..., :, None], robot[..., None, :]].mean((-1, -2))
 

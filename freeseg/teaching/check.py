@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from traceback import walk_tb
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def quietly(limit: float = LIMIT) -> Iterator[None]:
         When the time is up.
     """
 
-    def stop(*_):
+    def stop(*_: object) -> None:
         raise TooLong
 
     with warnings.catch_warnings(), ExitStack() as stack:
@@ -88,7 +89,7 @@ def check(test: Callable[[np.random.Generator], None], *seeds: int, limit: float
     print(f"passed: {title}")
 
 
-def _place(error, test):
+def _place(error: Exception, test: Any) -> str:
     """Where in the notebook an error came from, if not in the test itself."""
     frames = [
         (frame.f_code.co_name, line)

@@ -40,7 +40,7 @@ def without(*parts: Any) -> Iterator[None]:
         yield
 
 
-def _refuse(*_, **__):
+def _refuse(*_: Any, **__: Any) -> None:
     """Stand for the function whose name this code has; it runs in that one's module."""
     import sys
 
