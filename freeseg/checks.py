@@ -127,6 +127,17 @@ def instance(
     return value
 
 
+def instances(name, values, kind, remedy, error=InvalidParameter):
+    """`values` as a tuple, or the error for what is no sequence of a type."""
+    try:
+        found = tuple(values)
+    except TypeError:
+        found = (None,)
+    if isinstance(values, str | bytes) or not all(isinstance(one, kind) for one in found):
+        raise error(f"{name} is {shown(values)}; give {remedy}")
+    return found
+
+
 def array(
     name: str,
     values: ArrayLike,

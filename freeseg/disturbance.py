@@ -114,7 +114,7 @@ class Disturbance:
             For a delay that is not a whole number of them.
         """
         steps = np.rint(self.delay / dt)
-        if not isclose(steps * dt, self.delay, rel_tol=1e-9):
+        if not isclose(steps * dt, self.delay, rel_tol=1e-6):
             raise InvalidParameter(
                 f"disturbance.delay is {self.delay:g} s, no whole number of time steps of "
                 f"{dt:g} s; give {np.floor(self.delay / dt) * dt:g} or "

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.geometry import wrap_angle
+from freeseg.geometry import read_only, wrap_angle
 from freeseg.path import Path
 from freeseg.robot import KheperaIV, as_robot
 from freeseg.smoothing import moving_average
@@ -29,6 +29,20 @@ SPACING, LEAST_INTERVALS = 0.0005, 200
 
 #: Time between two points of a reference (s), and how many points a slow one has at most.
 GRID, MOST_POINTS = 0.001, 200_000
+
+
+#: Signals of a reference, and their units.
+SIGNALS = {
+    "pose": "m, m, rad",
+    "v": "m/s",
+    "omega": "rad/s",
+    "v_dot": "m/s^2",
+    "omega_dot": "rad/s^2",
+}
+
+#: By which share of the largest one a velocity may differ from what the poses make of it, and by
+#: how much over a time step (m, rad), for the round-off of poses.
+CONTRADICTION, ROUGH_METRES = 0.05, 1e-7
 
 
 class Sample(NamedTuple):
@@ -50,18 +64,26 @@ class Reference:
     t : ndarray, shape (n,)
         Time (s), increasing from zero.
     pose : ndarray, shape (3, n)
-        x_r, y_r (m) and heading alpha_r (rad, not wrapped).
+        x_r, y_r (m) and heading alpha_r (rad).
     v, omega : ndarray, shape (n,)
         Speed v_r (m/s) and turn rate w_r (rad/s).
     v_dot, omega_dot : ndarray, shape (n,)
         Their rates (m/s^2, rad/s^2).
-    shift : float
+    shift : float, optional
         How far smoothing moved the path at most (m).
+    robot : KheperaIV, optional
+        Robot that it was made for, which no other one is to follow; None for
+        any.
 
     Raises
     ------
     InvalidParameter
-        For arrays that are not finite or do not belong together.
+        For arrays that are not finite or do not belong together, and for
+        velocities that the poses contradict; it names the place.
+
+    Notes
+    -----
+    The arrays are copied, and read-only. Headings in (-pi, pi] are unwrapped.
     """
 
     t: np.ndarray
@@ -71,17 +93,53 @@ class Reference:
     v_dot: np.ndarray
     omega_dot: np.ndarray
     shift: float = 0.0
+    robot: KheperaIV | None = None
 
     def __post_init__(self):
-        n = len(self.t)
-        if n < 2 or self.t[0] != 0 or not (np.diff(self.t) > 0).all():
+        t = checks.array("reference t", self.t, (None,), unit="s")
+        if len(t) < 2 or t[0] != 0 or not (np.diff(t) > 0).all():
             raise InvalidParameter(
-                f"reference has times {self.t!r}; give two or more, increasing from zero"
+                f"reference has times {checks.shown(t.tolist())}; give two or more, increasing "
+                "from zero"
             )
-        for signal in Sample._fields:
-            array, shape = getattr(self, signal), (3, n) if signal == "pose" else (n,)
-            if np.shape(array) != shape or not np.isfinite(array).all():
-                raise InvalidParameter(f"reference {signal} needs finite numbers of shape {shape}")
+        object.__setattr__(self, "t", t)
+        for signal, unit in SIGNALS.items():
+            shape = (3, len(t)) if signal == "pose" else (len(t),)
+            given = getattr(self, signal)
+            found = checks.array(f"reference {signal}", given, shape, unit=unit)
+            if signal == "pose" and (np.abs(np.diff(found[2])) > np.pi).any():
+                found = read_only(np.concatenate([found[:2], np.unwrap(found[2:])]))
+            object.__setattr__(self, signal, found)
+        object.__setattr__(self, "shift", checks.not_negative("reference shift", self.shift))
+        if self.robot is not None:
+            as_robot(self.robot)
+        self._check_rates()
+
+    def _check_rates(self):
+        """Raise where the poses contradict the velocities: a law would follow neither."""
+        time, (x, y, theta) = np.diff(self.t), np.diff(self.pose)
+        middle = (self.pose[2, 1:] + self.pose[2, :-1]) / 2
+        cos, sin = np.cos(middle), np.sin(middle)
+        # Along the chord of an arc, which is shorter than the arc.
+        forwards = (cos * x + sin * y) / np.sinc(theta / 2 / np.pi)
+        aside = np.zeros_like(self.v)
+        for signal, rate, driven, unit in (
+            ("v", self.v, forwards, "m/s"),
+            ("omega", self.omega, theta, "rad/s"),
+            ("sideways speed", aside, cos * y - sin * x, "m/s"),
+        ):
+            scale = np.abs(self.v if signal == "sideways speed" else rate).max()
+            allowed = CONTRADICTION * scale + ROUGH_METRES / time
+            # A mean rate lies between the rates at both ends.
+            least, most = np.minimum(rate[1:], rate[:-1]), np.maximum(rate[1:], rate[:-1])
+            excess = np.maximum(least - driven / time, driven / time - most) - allowed
+            if (excess > 0).any():
+                worst = int(np.argmax(excess))
+                raise InvalidParameter(
+                    f"reference {signal} is {rate[worst]:.6g} {unit} at {self.t[worst]:.3f} s, but "
+                    f"there its poses make {driven[worst] / time[worst]:.6g} {unit}; give the "
+                    "velocities of these poses"
+                )
 
     @property
     def duration(self) -> float:
@@ -127,6 +185,8 @@ class Reference:
         """
         steps = self.steps(dt) if dt > 0 else np.empty(0)
         ahead = self.at(np.stack([steps, steps + dt / 2], -1))
+        for values in ahead:
+            read_only(values)
         indices = {t: index for index, t in enumerate(steps.tolist())}
 
         def look(t):

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.disturbance import Disturbance, as_disturbance
 from freeseg.errors import InvalidParameter
+from freeseg.geometry import read_only
 from freeseg.reference import Reference, tracking_error
 from freeseg.robot import KheperaIV, as_robot
 from freeseg.trackers.feedback import Law, Tracker
@@ -150,7 +151,8 @@ def simulate(
     law = tracker.start(reference, robot, dt)
     run = drive(law, first, dt, wanted.shape[1] - 1, robot, disturbance, seed)
     target = wanted[:, None] if offset.ndim == 2 else wanted
-    return replace(run, reference=wanted, error=tracking_error(target, run.pose))
+    error = tracking_error(target, run.pose)
+    return replace(run, reference=read_only(wanted), error=read_only(error))
 
 
 def drive(
@@ -196,6 +198,8 @@ def drive(
     dt, steps = checks.positive("dt", dt), checks.whole("steps", steps, 1)
     if steps > MOST_STEPS:
         raise InvalidParameter(f"steps is {steps}; give at most {MOST_STEPS:g}")
+    if not callable(law):
+        raise InvalidParameter(f"law is {checks.shown(law)}; give law(t, pose) -> (v, omega)")
     first, seed = checks.array("pose", pose, *POSES, unit=POSE_UNITS), checks.seed(seed)
     batch = first.shape[1:]
     # Time comes first until the end: a step's numbers lie side by side.
@@ -207,22 +211,42 @@ def drive(
     motors = _Motors(robot, disturbance, dt, steps, batch)
     plant = replace(robot, wheel_base=robot.wheel_base * (1 + disturbance.wheel_base_error))
     t = dt * np.arange(steps + 1)
-    # A law may give one command for a whole batch.
-    form = (2, -1) if batch else (2,)
     for step, (noise, rolled) in enumerate(disturbance.samples(batch, steps + 1, dt, seed)):
         if disturbance.noisy:
             measured[step] = poses[step] + noise
         if step == steps:
             break
-        command = robot.to_wheels(*law(t[step], measured[step])).reshape(form)
-        asked[step], wheels[step] = motors.follow(command)
+        asked[step], wheels[step] = motors.follow(_ask(law, t[step], measured[step], robot))
         poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)
     # At the last time, those of the step before.
     wheels[-1], asked[-1] = wheels[-2], asked[-2]
     poses, wheels = _time_last(poses), _time_last(wheels)
     measured = _time_last(measured) if disturbance.noisy else poses
     asked = _time_last(asked) if disturbance.lag else wheels
+    arrays = map(read_only, (t, poses, wheels, measured, asked))
+    t, poses, wheels, measured, asked = arrays
     return Run(t, poses, wheels, robot, measured, asked)
+
+
+def _ask(law, t, pose, robot):
+    """Wheel speeds (m/s) that a law commands; `InvalidParameter` for what is no command."""
+    # A copy: whatever the law does with it, the robot stays where it is.
+    given = law(t, pose.copy())
+    try:
+        v, omega = given
+        wheels = robot.to_wheels(v, omega)
+        # Of a batch, all robots may get one command; it is cheaper to try than to compare shapes.
+        command = wheels.reshape(2, -1) if pose.ndim > 1 and wheels.ndim == 1 else wheels
+        known = command.dtype.kind == "f" and command.shape[1:] in (pose.shape[1:], (1,))
+        if known and command.ndim == pose.ndim and np.isfinite(command).all():
+            return command
+    except (TypeError, ValueError, OverflowError):
+        pass
+    wanted = "two finite numbers" if pose.ndim == 1 else f"finite, one or {pose.shape[1]} of each"
+    raise InvalidParameter(
+        f"the law {checks.shown(law)} returned {checks.shown(given)} at {t:.3f} s; give v and "
+        f"omega (m/s, rad/s), {wanted}"
+    )
 
 
 def _offset_pose(pose, offset):

@@ -68,8 +68,8 @@ def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Course]:
     for begin, piece in zip(path.joints, path.pieces, strict=False):
         if width * abs(piece.curvature) > 1:
             raise InvalidParameter(
-                f"smoothing is {width:g} m, longer than the radius {piece.radius:g} m of the arc "
-                f"that begins at {begin:.4f} m; give at most that"
+                f"smoothing is {width:g} m, longer than the radius {1 / abs(piece.curvature):g} m "
+                f"of the arc that begins at {begin:.4f} m; give at most that"
             )
     longer = _continued(path)
 
