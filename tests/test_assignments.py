@@ -248,7 +248,9 @@ class Course:
         return self.rows()
 
     def rows(self):
-        with (self.folder / "build" / "grades.csv").open(newline="", encoding="utf-8") as stream:
+        with (self.folder / "build" / "grades.csv").open(
+            newline="", encoding="utf-8-sig"
+        ) as stream:
             return {row["student"]: row for row in csv.DictReader(stream)}
 
     def points(self, student, name):

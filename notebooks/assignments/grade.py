@@ -3,14 +3,17 @@
 python notebooks/assignments/grade.py release         makes build/release/
 python notebooks/assignments/grade.py grade FOLDER    grades, then reports
 python notebooks/assignments/grade.py report          writes build/grades.csv and build/feedback/
+python notebooks/assignments/grade.py forget NAME     removes a student, as after a wrong folder
 
 nbgrader does the work; its exit codes do not tell what happened to whom, so what is reported is
 read from its grade book, and what it would trust in a submission is put right before.
 """
 
 import argparse
+import atexit
 import csv
 import dis
+import json
 import logging
 import os
 import re
@@ -18,7 +21,10 @@ import shutil
 import sys
 import warnings
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from uuid import uuid4
 
 import nbformat
 from nbgrader.api import Gradebook, MissingEntry
@@ -44,7 +50,30 @@ def open_course(folder):
     """The course in a folder, as its nbgrader_config.py sets it up."""
     (folder / "build").mkdir(exist_ok=True)
     config = PyFileConfigLoader("nbgrader_config.py", str(folder)).load_config()
+    root = _plain(folder)
+    config.CourseDirectory.root = str(root)
+    config.CourseDirectory.db_url = f"sqlite:///{root.as_posix()}/build/gradebook.db"
     return CourseDirectory(config=config)
+
+
+@cache
+def _plain(folder):
+    """A folder, by a link to it where its own path would mean something else to nbgrader.
+
+    nbgrader makes glob patterns and URLs of paths.
+    """
+    if not re.search(r"[][*?#%]", str(folder)):
+        return folder
+    links = TemporaryDirectory(prefix="freeseg-")
+    atexit.register(links.cleanup)
+    link = Path(links.name, "course")
+    link.symlink_to(folder, target_is_directory=True)
+    return link
+
+
+def _alias(student):
+    """A student's name as nbgrader can have it: what is special in a pattern or URL as =hex."""
+    return re.sub(r"[^\w .-]|^[ .]|[ .]$", lambda found: f"={ord(found[0]):x}=", student)
 
 
 def open_book(course):
@@ -54,7 +83,7 @@ def open_book(course):
 
 def convert(converter, course, name, student="."):
     """Run one of nbgrader's steps for one set and student; None, or its log if it failed."""
-    course.assignment_id, course.student_id = name, student
+    course.assignment_id, course.student_id = name, _alias(student)
     step = converter(coursedir=course, config=course.config, log=LOG, force=True)
     result = capture_log(step)
     return None if result["success"] else result.get("log", "") + result["error"]
@@ -92,8 +121,10 @@ def grade(submissions, folder=HERE):
         released[name] = nbformat.read(file, as_version=4)
     files = [
         file
-        for file in sorted(submissions.rglob("*.ipynb"))
-        if ".ipynb_checkpoints" not in file.parts
+        for file in sorted(submissions.rglob("*"))
+        if file.suffix.lower() == ".ipynb"
+        and file.is_file()
+        and not {".ipynb_checkpoints", "__MACOSX"} & set(file.parts)
     ]
     folders = sorted(path for path in submissions.glob("*") if path.is_dir())
     if not files and not folders:
@@ -118,8 +149,7 @@ def grade(submissions, folder=HERE):
             continue
         taken[name, student] = shown
         try:
-            submitted = nbformat.read(file, as_version=4)
-            nbformat.validate(submitted)
+            submitted = read_submission(file)
             restored, changes = restore(submitted, released[name])
         except Exception as error:  # whatever a broken file makes nbformat raise
             notes.append(f"not graded: does not open ({type(error).__name__}: {str(error)[:200]})")
@@ -128,7 +158,7 @@ def grade(submissions, folder=HERE):
         notes += changes
         if _names_nobody(submitted, released[name]):
             notes.append("no id is written in it: its worlds are those of all such submissions")
-        target = folder / "build" / "submitted" / student / name / f"{name}.ipynb"
+        target = folder / "build" / "submitted" / _alias(student) / name / f"{name}.ipynb"
         target.parent.mkdir(parents=True, exist_ok=True)
         nbformat.write(restored, target)
         if log := convert(Autograde, course, name, student):
@@ -138,10 +168,24 @@ def grade(submissions, folder=HERE):
             _forget(course, name, student)
             continue
         graded = nbformat.read(
-            folder / "build" / "autograded" / student / name / f"{name}.ipynb", as_version=4
+            folder / "build" / "autograded" / _alias(student) / name / f"{name}.ipynb", as_version=4
         )
         notes += _oddities(graded)
     report(folder, remarks)
+
+
+def read_submission(file):
+    """A notebook as a student's computer wrote it: whatever its byte order mark and line ends."""
+    # Some editors keep the minor version of a file to which they give cell ids: newer ones have them.
+    content = json.loads(file.read_text(encoding="utf-8-sig"))
+    if content.get("nbformat") == 4:
+        content["nbformat_minor"] = max(content.get("nbformat_minor", 0), 5)
+    notebook = nbformat.reads(json.dumps(content), as_version=4)
+    for cell in notebook.cells:
+        cell.source = cell.source.replace("\r\n", "\n").replace("\r", "\n")
+        cell.setdefault("id", uuid4().hex[:8])
+    nbformat.validate(notebook)
+    return notebook
 
 
 def _names_nobody(submitted, released):
@@ -172,7 +216,7 @@ def _forget(course, name, student):
     feedback = Path(course.root, "build", "feedback", student, name)
     shutil.rmtree(feedback, ignore_errors=True)
     with open_book(course) as book, suppress(MissingEntry):
-        book.remove_submission(name, student)
+        book.remove_submission(name, _alias(student))
 
 
 def restore(submitted, released):
@@ -270,21 +314,19 @@ def report(folder=HERE, remarks=None):
     """
     course = open_course(folder)
     table = folder / "build" / "grades.csv"
-    rows = {}
-    if table.exists():
-        with table.open(newline="", encoding="utf-8") as stream:
-            rows = {(row["set"], row["student"]): row["remarks"] for row in csv.DictReader(stream)}
+    rows = {(row["set"], row["student"]): row["remarks"] for row in _read_grades(table)}
     # What had no set before may have one now.
     seen = {student for _, student in remarks or ()}
     rows = {(name, who): notes for (name, who), notes in rows.items() if name or who not in seen}
     rows |= {key: "; ".join(notes) for key, notes in (remarks or {}).items()}
-    with open_book(course) as book, table.open("w", newline="", encoding="utf-8") as stream:
+    # With the mark by which Excel knows the encoding.
+    with open_book(course) as book, table.open("w", newline="", encoding="utf-8-sig") as stream:
         write = csv.writer(stream)
         write.writerow(COLUMNS)
         for (name, student), notes in tqdm(sorted(rows.items()), desc="report", unit="submission"):
             numbers = ["", "", ""]
             try:
-                submission = book.find_submission(name, student)
+                submission = book.find_submission(name, _alias(student))
             except MissingEntry:
                 pass
             else:
@@ -295,10 +337,54 @@ def report(folder=HERE, remarks=None):
                 )
                 numbers = [submission.score, submission.max_score, by_hand]
                 new = remarks is None or (name, student) in remarks
-                if new and convert(GenerateFeedback, course, name, student):
+                if new and not _write_feedback(course, folder, name, student):
                     notes = "; ".join(filter(None, [notes, "no feedback: nbgrader stopped"]))
             write.writerow([name, student, *numbers, notes])
     print(f"grades: {table}\nfeedback: {folder / 'build' / 'feedback'}")
+
+
+def _write_feedback(course, folder, name, student):
+    """Write a student's feedback to a set, below the student's own name; whether that was done."""
+    made, given = (
+        folder / "build" / "feedback" / who / name for who in (_alias(student), student)
+    )
+    if convert(GenerateFeedback, course, name, student):
+        return False
+    if made != given:
+        shutil.rmtree(given, ignore_errors=True)
+        given.parent.mkdir(exist_ok=True)
+        made.rename(given)
+        made.parent.rmdir()
+    return True
+
+
+def forget(students, folder=HERE):
+    """Remove students from the grade book, from build/grades.csv and from build/feedback/."""
+    course = open_course(folder)
+    table = folder / "build" / "grades.csv"
+    known = {row["student"] for row in _read_grades(table)}
+    if missing := [student for student in students if student not in known]:
+        raise SystemExit(f"{table} has no student {missing[0]!r}; it has {sorted(known)}")
+    with open_book(course) as book:
+        for student in students:
+            with suppress(MissingEntry):
+                book.remove_student(_alias(student))
+            for step in ("submitted", "autograded"):
+                shutil.rmtree(folder / "build" / step / _alias(student), ignore_errors=True)
+            shutil.rmtree(folder / "build" / "feedback" / student, ignore_errors=True)
+    rows = [row for row in _read_grades(table) if row["student"] not in students]
+    with table.open("w", newline="", encoding="utf-8-sig") as stream:
+        write = csv.DictWriter(stream, COLUMNS)
+        write.writeheader()
+        write.writerows(rows)
+
+
+def _read_grades(table):
+    """Rows of build/grades.csv, if it is there."""
+    if not table.exists():
+        return []
+    with table.open(newline="", encoding="utf-8-sig") as stream:
+        return list(csv.DictReader(stream))
 
 
 def main(arguments=None):
@@ -309,11 +395,15 @@ def main(arguments=None):
     grading = commands.add_parser("grade", help="grade a folder of submissions, then report")
     grading.add_argument("submissions", type=Path, help="folder with one folder a student")
     commands.add_parser("report", help="write grades and feedback again, after grading by hand")
+    forgetting = commands.add_parser("forget", help="remove students from grades and feedback")
+    forgetting.add_argument("students", nargs="+", metavar="NAME")
     chosen = parser.parse_args(arguments)
     if chosen.command == "release":
         release()
     elif chosen.command == "grade":
         grade(chosen.submissions.resolve())
+    elif chosen.command == "forget":
+        forget(chosen.students)
     else:
         report()
 
