@@ -20,16 +20,29 @@ Kind = TypeVar("Kind")
 #: Longer values are cut in messages, so that the remedy is read.
 LONGEST = 200
 
+#: Texts, with those whose characters are whole numbers to Python.
+TEXTS = (str, bytes, bytearray, memoryview)
+
+#: What `float` would take for a number.
+NO_NUMBERS = (*TEXTS, bool, np.bool_, complex, np.complexfloating)
+
 
 def shown(value: object) -> str:
     """What a message shows of a value: its `repr`, cut where that is long."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        # Python prints no whole number of more than some thousand digits.
+        return f"<{type(value).__name__} too long to print>"
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
 def as_float(value: Any) -> float:
-    """`value` as a float; NaN for what is not one number."""
-    if isinstance(value, str | bytes | bool | np.bool_) or getattr(value, "ndim", 0) > 0:
+    """`value` as a float; NaN for what is not one real number."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    # `float` reads texts, takes bools for 0 and 1, and drops imaginary parts.
+    if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) > 0:
         return math.nan
     try:
         return float(value)
@@ -80,7 +93,7 @@ def numbers(
 ) -> tuple[float, ...]:
     """`values` as a tuple of so many finite floats, or the error."""
     try:
-        found = tuple(map(as_float, values))
+        found = () if isinstance(values, TEXTS) else tuple(map(as_float, values))
     except TypeError:
         found = ()
     if len(found) != size or not all(map(math.isfinite, found)):
@@ -168,6 +181,11 @@ def array(
         given = np.asarray(values)
         if given.dtype.kind not in "iufO":
             raise TypeError
+        if given.dtype.kind == "O":
+            # Such as fractions, whole numbers beyond 64 bits, and whatever else was mixed.
+            given = np.reshape([as_float(entry) for entry in given.flat], given.shape)
+            if np.isnan(given).any():
+                raise TypeError
         found = np.array(given, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise error(f"{name} is {shown(values)}; give numbers ({unit})") from None

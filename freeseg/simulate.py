@@ -197,7 +197,7 @@ def drive(
     robot, disturbance = as_robot(robot), as_disturbance(disturbance)
     dt, steps = checks.positive("dt", dt), checks.whole("steps", steps, 1)
     if steps > MOST_STEPS:
-        raise InvalidParameter(f"steps is {steps}; give at most {MOST_STEPS:g}")
+        raise InvalidParameter(f"steps is {checks.shown(steps)}; give at most {MOST_STEPS:g}")
     if not callable(law):
         raise InvalidParameter(f"law is {checks.shown(law)}; give law(t, pose) -> (v, omega)")
     first, seed = checks.array("pose", pose, *POSES, unit=POSE_UNITS), checks.seed(seed)
