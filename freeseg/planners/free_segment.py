@@ -132,7 +132,7 @@ class _Search:
         self.group: set[int] = set()
         self.seen: set[tuple] = {()}
         self.steps: list[Step] = []
-        self.detour = ShortestRoute(query)
+        self.route = ShortestRoute(query)
         self.path, self.passed = query.straight_line(), [0]
         self.record(StepKind.STRAIGHT)
 
@@ -279,7 +279,7 @@ class _Search:
                 f"round-off at obstacle {blocking + 1}; please report this world", self.steps
             )
         self.group = grown
-        self.turns, self.path, self.passed = self.detour.go_round(grown)
+        self.turns, self.path, self.passed = self.route.go_round(grown)
         details = {"blocking": blocking, "leg": leg, "candidates": candidates}
         self.record(StepKind.LOCAL_MINIMUM, group=tuple(sorted(grown)), **details)
 

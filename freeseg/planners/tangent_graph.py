@@ -207,7 +207,7 @@ class TangentGraph:
             clockwise) in driving order; None where there is no path at all.
         """
         ends = self._ends()
-        count = len(ends.point) // 2
+        count = len(ends.length)
         # The start and the goal are one node each, whichever tangent leaves or joins there.
         begin, finish = 2 * count, 2 * count + 1
         leave = np.flatnonzero(ends.circle[:count] == 0)
