@@ -174,6 +174,8 @@ class Plan:
         Robot planned for.
     margin : float
         Security margin delta (m).
+    world : World
+        Obstacles planned among.
     """
 
     path: Path
@@ -182,6 +184,7 @@ class Plan:
     steps: tuple[Step, ...]
     robot: KheperaIV
     margin: float
+    world: World
 
     def __repr__(self) -> str:
         return (

@@ -141,7 +141,7 @@ def random_query(
     low, high = np.zeros(2), np.zeros(2)
     if len(world):
         low, high = world.edges.min((0, 1)), world.edges.max((0, 1))
-    clearance = turning_radius(robot, checks.positive("margin", margin))
+    clearance = turning_radius(robot, checks.not_negative("margin", margin))
     free = np.empty((0, 2))
     for _ in range(100):
         points = rng.uniform(low - robot.diameter, high + robot.diameter, (16, 2))

@@ -12,7 +12,8 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only, wrap_angle
 from freeseg.path import Path
-from freeseg.robot import KheperaIV, as_robot
+from freeseg.plan import Plan
+from freeseg.robot import KheperaIV, as_robot, same_robot
 from freeseg.smoothing import moving_average
 from freeseg.world import World, check_world
 
@@ -29,6 +30,9 @@ SPACING, LEAST_INTERVALS = 0.0005, 200
 
 #: Time between two points of a reference (s), and how many points a slow one has at most.
 GRID, MOST_POINTS = 0.001, 200_000
+
+#: Longest duration of a reference (s): on a slower one, points lie too far apart.
+LONGEST_DURATION = 1e6
 
 
 #: Signals of a reference, and their units.
@@ -199,7 +203,7 @@ class Reference:
 
 
 def make_reference(
-    path: Path,
+    path: Plan | Path,
     robot: KheperaIV | None = None,
     speed: float = SPEED,
     acceleration: float = ACCELERATION,
@@ -214,8 +218,8 @@ def make_reference(
 
     Parameters
     ----------
-    path : Path
-        What to follow.
+    path : Plan or Path
+        What to follow. A plan brings its robot and its world.
     robot : KheperaIV, optional
         Robot; its wheels limit speed and acceleration.
     speed : float, optional
@@ -260,19 +264,23 @@ def make_reference(
     Examples
     --------
     >>> import freeseg as fs
-    >>> world = fs.load_table(1)
-    >>> path = fs.plan(world, (0, 0), (0.75, 0.75)).path
-    >>> reference = make_reference(path, smoothing=0.03, world=world)
+    >>> plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
+    >>> reference = make_reference(plan, smoothing=0.03)
     >>> round(reference.duration, 2), round(1000 * reference.shift, 2)
     (11.81, 0.41)
     """
-    robot = as_robot(robot)
+    made_for = robot
+    if isinstance(path, Plan):
+        made_for = same_robot(robot, path.robot, "the plan")
+        world = path.world if world is None else world
+        path = path.path
+    checks.instance("path", path, Path, "a Plan, or a Path such as plan.path")
+    robot = as_robot(made_for)
     speed, acceleration = _check_rates(robot, speed, acceleration)
     ends = [
         checks.not_negative("start_speed", start_speed),
         checks.not_negative("end_speed", end_speed),
     ]
-    checks.instance("path", path, Path, "a Path, such as plan.path")
     # A path shorter than that is averaged over its own length.
     width = min(checks.not_negative("smoothing", smoothing), path.length)
     course = moving_average(path, width)
@@ -286,7 +294,7 @@ def make_reference(
     most = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
     lengths = np.diff(s) * inside.stretch.mean(1)
     v = _fastest(most, 2 * steepest * lengths, s, ends)
-    return _timed(course, s, lengths, v, shift)
+    return _timed(course, s, lengths, v, shift, made_for)
 
 
 def _check_rates(robot, speed, acceleration):
@@ -408,7 +416,7 @@ def _fastest(most, climb, s, ends):
     return np.sqrt(np.minimum(forwards, backwards))
 
 
-def _timed(course, s, lengths, v, shift):
+def _timed(course, s, lengths, v, shift, robot):
     """The reference along a course, whose v^2 is linear between the nodes.
 
     Parameters
@@ -423,12 +431,19 @@ def _timed(course, s, lengths, v, shift):
         Speed at the nodes (m/s).
     shift : float
         How far the course is from the path at most (m).
+    robot : KheperaIV or None
+        Robot that the reference is for; None for any.
 
     Returns
     -------
     Reference
     """
     times = np.append(0, np.cumsum(2 * lengths / (v[1:] + v[:-1])))
+    if not times[-1] <= LONGEST_DURATION:
+        raise InvalidParameter(
+            f"speed is at most {v.max():g} m/s, at which the path takes {times[-1]:g} s; give more "
+            f"speed and acceleration, for at most {LONGEST_DURATION:g} s"
+        )
     t = np.linspace(0, times[-1], int(min(np.ceil(times[-1] / GRID) + 1, MOST_POINTS)))
     interval = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(lengths) - 1)
     v_dot = (np.diff(v**2) / (2 * lengths))[interval]
@@ -444,6 +459,7 @@ def _timed(course, s, lengths, v, shift):
         v_dot,
         v_dot * here.curvature + v**2 * here.curvature_rate,
         shift,
+        robot,
     )
 
 

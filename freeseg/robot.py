@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.data import DATA, read_csv
-from freeseg.errors import InvalidData
+from freeseg.errors import InvalidData, InvalidParameter
 
 
 @cache
@@ -182,3 +182,25 @@ def as_robot(robot: KheperaIV | None) -> KheperaIV:
     if robot is None:
         return KheperaIV()
     return checks.instance("robot", robot, KheperaIV, "a KheperaIV")
+
+
+def same_robot(robot: KheperaIV | None, other: KheperaIV | None, what: str) -> KheperaIV | None:
+    """The one robot that two name, or None where neither does.
+
+    Parameters
+    ----------
+    robot, other : KheperaIV or None
+        Robots; None leaves it to the other one.
+    what : str
+        What the other one is of, for the message.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no robot, or for two different ones.
+    """
+    if robot is None or other is None:
+        return other if robot is None else as_robot(robot)
+    if as_robot(robot) != other:
+        raise InvalidParameter(f"robot is {robot}, but {what} is for {other}; give the same one")
+    return other

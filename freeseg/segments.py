@@ -91,7 +91,7 @@ def free_segments(
     [0.2772, 0.164, 0.203, 0.2979, 0.2246, 0.2326]
     """
     check_world(world)
-    required = as_robot(robot).diameter + checks.positive("margin", margin)
+    required = as_robot(robot).diameter + checks.not_negative("margin", margin)
     checks.choice("neighbours", neighbours, ("chain", "delaunay"))
     if neighbours == "chain":
         pairs = np.column_stack([np.arange(len(world) - 1), np.arange(1, len(world))])

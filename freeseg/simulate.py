@@ -11,7 +11,7 @@ from freeseg.disturbance import Disturbance, as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import Reference, tracking_error
-from freeseg.robot import KheperaIV, as_robot
+from freeseg.robot import KheperaIV, as_robot, same_robot
 from freeseg.trackers.feedback import Law, Tracker
 
 #: A longer run would not end, or not fit into memory.
@@ -84,7 +84,7 @@ def simulate(
     reference : Reference
         What to follow.
     robot : KheperaIV, optional
-        Robot.
+        Robot; by default that of the reference, or a Khepera IV.
     dt : float, optional
         Time step (s).
     initial_offset : array_like, shape (3,) or (3, n)
@@ -128,12 +128,12 @@ def simulate(
     moves the end of a step of 50 ms by less than 0.1 mm, even while the
     wheels change as fast as they can in opposite senses.
     """
-    robot = as_robot(robot)
     if isinstance(tracker, type) or not callable(getattr(tracker, "start", None)):
         raise InvalidParameter(
             f"tracker is {checks.shown(tracker)}; give one, such as SlidingMode()"
         )
     checks.instance("reference", reference, Reference, "one made by make_reference")
+    robot = as_robot(same_robot(robot, reference.robot, "the reference"))
     dt = checks.positive("dt", dt)
     if dt > reference.duration:
         raise InvalidParameter(

@@ -549,7 +549,29 @@ def test_what_is_no_world(world):
         fs.plan(world, (0, 0), (2, 2))
 
 
-@pytest.mark.parametrize("margin", [0, -0.005, np.nan, np.inf, "wide", (1, 2)])
+@pytest.mark.parametrize("margin", [True, -0.005, np.nan, np.inf, "wide", "0.005", (1, 2)])
 def test_invalid_margin(tables, margin):
     with pytest.raises(fs.InvalidParameter, match="margin is"):
         fs.plan(tables[1], (0, 0), (0.25, 0.75), margin=margin)
+
+
+@pytest.mark.parametrize("planner", [fs.plan, fs.plan_rooms, fs.shortest_path, fs.literal_plan])
+def test_a_margin_of_zero_is_a_margin(tables, planner):
+    found = planner(tables[1], (0, 0), (0.2, 0.1), margin=0)
+    assert found.margin == 0
+    assert found.turning_radius == found.robot.radius
+
+
+def test_a_margin_in_mm_is_refused(tables):
+    with pytest.raises(
+        fs.InvalidParameter, match=r"margin is 5 m.*give at most 0\.\d+ m"
+    ) as caught:
+        fs.plan(tables[1], (0, 0), (0.25, 0.75), margin=5)
+    most = float(str(caught.value).split()[-2])
+    assert fs.plan(tables[1], (0, 0), (0.25, 0.75), margin=0.99 * most).margin == 0.99 * most
+
+
+def test_a_plan_says_what_it_was_made_for(tables):
+    robot = fs.KheperaIV(diameter=0.1)
+    found = fs.plan(tables[1], (0, 0), (0.25, 0.75), robot, 0.01)
+    assert (found.world, found.robot, found.margin) == (tables[1], robot, 0.01)

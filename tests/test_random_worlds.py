@@ -139,6 +139,6 @@ def test_wrong_question():
     with pytest.raises(fs.InvalidQuery, match="give a World"):
         fs.random_query(None, 1)
     with pytest.raises(fs.InvalidParameter, match="margin is"):
-        fs.random_query(fs.World([]), 1, margin=0)
+        fs.random_query(fs.World([]), 1, margin=-1)
     with pytest.raises(fs.InvalidParameter, match="robot is"):
         fs.random_query(fs.World([]), 1, robot=3)

@@ -147,7 +147,7 @@ def test_no_segment_without_a_neighbour(obstacles):
     assert fs.free_segments(fs.World(obstacles)) == ()
 
 
-@pytest.mark.parametrize("margin", [0, -0.01, np.nan, np.inf, None, "wide"])
+@pytest.mark.parametrize("margin", [True, -0.01, np.nan, np.inf, None, "wide"])
 def test_invalid_margin(tables, margin):
     with pytest.raises(fs.InvalidParameter, match="margin is "):
         fs.free_segments(tables[1], margin=margin)

@@ -109,7 +109,7 @@ def test_no_obstacle_and_invalid_input():
     with pytest.raises(fs.InvalidQuery, match="finite"):
         fs.shortest_path(fs.World([]), (0, np.nan), (3, 4))
     with pytest.raises(fs.InvalidParameter, match="margin"):
-        fs.shortest_path(fs.World([]), (0, 0), (3, 4), margin=0)
+        fs.shortest_path(fs.World([]), (0, 0), (3, 4), margin=-1)
 
 
 # --- complete and optimal ------------------------------------------------------------------------

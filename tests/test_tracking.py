@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
 from freeseg.path import Arc, Line
-from freeseg.reference import SMOOTHING, Reference
+from freeseg.reference import SMOOTHING, Reference, Sample
 from freeseg.trackers.sliding_mode import SWITCHING
 
 #: Where a robot may start: 2 cm behind, 3 cm to the left and 20 degrees off.
@@ -257,7 +257,7 @@ def test_smoothing_never_costs_the_clearance(robot):
 
 @pytest.mark.parametrize("path", [None, [(0, 0), (1, 1)], Line((0, 0), (1, 0))])
 def test_reference_of_what_is_no_path(path):
-    with pytest.raises(fs.InvalidParameter, match="give a Path"):
+    with pytest.raises(fs.InvalidParameter, match="give a Plan, or a Path"):
         fs.make_reference(path)
 
 
@@ -653,3 +653,80 @@ def test_a_reference_that_is_empty_or_has_one_point():
         none = np.zeros(count)
         with pytest.raises(fs.InvalidParameter, match=r"reference (t has shape|has times)"):
             Reference(none, np.zeros((3, count)), none, none, none, none)
+
+
+# --- one robot and one world ---------------------------------------------------------------------
+
+
+def test_a_reference_of_a_plan_drives_its_robot_in_its_world(tables):
+    small = fs.KheperaIV(diameter=0.1, wheel_base=0.08)
+    plan = fs.plan(tables[1], (0, 0), (0.75, 0.75), small)
+    reference = fs.make_reference(plan, smoothing=SMOOTHING)
+    by_hand = fs.make_reference(plan.path, small, smoothing=SMOOTHING, world=tables[1])
+    assert_array_equal(reference.pose, by_hand.pose)
+    assert reference.robot == by_hand.robot == small
+    assert fs.simulate(fs.SlidingMode(), reference).robot == small
+    assert fs.simulate(fs.SlidingMode(), reference, small).robot == small
+
+
+def test_two_robots_are_refused(tables):
+    small = fs.KheperaIV(diameter=0.1)
+    plan = fs.plan(tables[1], (0, 0), (0.75, 0.75), small)
+    with pytest.raises(fs.InvalidParameter, match="but the plan is for"):
+        fs.make_reference(plan, fs.KheperaIV())
+    reference = fs.make_reference(plan)
+    with pytest.raises(fs.InvalidParameter, match="but the reference is for"):
+        fs.simulate(fs.SlidingMode(), reference, fs.KheperaIV())
+    # A path belongs to nobody.
+    anybody = fs.make_reference(plan.path)
+    assert fs.simulate(fs.SlidingMode(), anybody, small).robot == small
+
+
+# --- references of one's own ---------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def round_trip():
+    """Arrays of a reference that turns to the left for more than a whole turn."""
+    made = fs.make_reference(fs.Path([Arc((0, 0.2), 0.2, -np.pi / 2, 7.0)]))
+    return {name: getattr(made, name) for name in ("t", *Sample._fields)}
+
+
+def test_wrapped_headings_are_unwrapped(round_trip):
+    x, y, theta = round_trip["pose"]
+    wrapped = np.arctan2(np.sin(theta), np.cos(theta))
+    assert np.abs(np.diff(wrapped)).max() > 6
+    made = Reference(**round_trip | {"pose": [x, y, wrapped]})
+    assert_allclose(made.pose[2], theta, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("signal", "change", "match"),
+    [
+        ("v", lambda v: 2 * v, "reference v is"),
+        ("v", lambda v: -v, "reference v is"),
+        ("v", lambda v: 0 * v, "reference v is"),
+        ("omega", lambda omega: -omega, "reference omega is"),
+        ("omega", lambda omega: 0 * omega, "reference omega is"),
+        ("pose", lambda pose: pose + [[0], [0], [0.2]], "sideways speed"),
+        ("pose", lambda pose: pose * [[1000], [1000], [1]], "reference v is"),
+        ("pose", lambda pose: pose * [[1], [1], [180 / np.pi]], "reference (v|omega) is"),
+    ],
+)
+def test_velocities_that_the_poses_contradict_are_refused_with_the_place(
+    round_trip, signal, change, match
+):
+    with pytest.raises(fs.InvalidParameter, match=match + r".* s, but there its poses make"):
+        Reference(**round_trip | {signal: change(round_trip[signal])})
+
+
+@pytest.mark.parametrize("step", [1, 10, 50, 200])
+def test_coarse_references_are_taken(round_trip, step):
+    coarse = {name: values[..., ::step] for name, values in round_trip.items()}
+    assert len(Reference(**coarse).t) == len(coarse["t"])
+
+
+@pytest.mark.parametrize("slow", [{"speed": 1e-9}, {"acceleration": 1e-13}, {"speed": 1e-300}])
+def test_a_reference_that_would_take_for_ever_is_refused(slow):
+    with pytest.raises(fs.InvalidParameter, match="give more speed and acceleration"):
+        fs.make_reference(fs.Path([Line((0, 0), (1, 0))]), **slow)

@@ -96,9 +96,7 @@ def plan(
     search = _Search(query)
     while (danger := query.danger(search.path)) is not None:
         search.solve(*danger)
-    query.verify(search.path, search.steps)
-    turns, steps = tuple(search.turns), tuple(search.steps)
-    return Plan(search.path, search.segments, turns, steps, query.robot, query.margin)
+    return query.answer(search.path, search.segments, search.turns, search.steps)
 
 
 @lru_cache(maxsize=16)

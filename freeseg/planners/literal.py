@@ -77,8 +77,7 @@ def literal_plan(
         path = longer
         kind = StepKind.TURNING_POINT if len(turns) == 1 else StepKind.of_danger(distance)
         steps.append(Step(kind, path, blocking=blocking, leg=leg))
-    query.verify(path, steps)
-    return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
+    return query.answer(path, segments, turns, steps)
 
 
 def _choose(

@@ -11,9 +11,9 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.geometry import read_only
 from freeseg.path import GRAZING, Arc, Line, Path, taut_path
-from freeseg.plan import Step, TurningPoint, turning_radius
+from freeseg.plan import Plan, Step, TurningPoint, turning_radius
 from freeseg.robot import KheperaIV, as_robot
-from freeseg.segments import Endpoint
+from freeseg.segments import Endpoint, FreeSegment
 from freeseg.world import World, as_position, check_world
 
 #: So many samples of a path are checked together.
@@ -126,6 +126,18 @@ class Query:
         met = first[np.argmin((np.array(middles) - piece.start) @ heading)]
         return int(pieces[met]), int(obstacles[met]), float(distances[met])
 
+    def answer(
+        self,
+        path: Path,
+        segments: Sequence[FreeSegment],
+        turns: Sequence[TurningPoint],
+        steps: Sequence[Step],
+    ) -> Plan:
+        """The plan, once its path has passed the check; see `verify`."""
+        self.verify(path, steps)
+        found = tuple(segments), tuple(turns), tuple(steps)
+        return Plan(path, *found, self.robot, self.margin, self.world)
+
     def verify(self, path: Path, steps: Sequence[Step]) -> None:
         """Check a path by other means: Shapely, on samples.
 
@@ -180,7 +192,7 @@ def ask(
     InvalidQuery, InvalidParameter
         As for `plan`.
     """
-    robot, margin = as_robot(robot), checks.positive("margin", margin)
+    robot, margin = as_robot(robot), checks.not_negative("margin", margin)
     if robot.radius < SMALLEST:
         raise InvalidParameter(
             f"robot.diameter is {robot.diameter:g} m, which round-off would swallow; lengths are "
@@ -204,4 +216,10 @@ def ask(
         # The circle must leave the position outside, by more than round-off, but not by so much
         # that a large robot would seem to touch.
         clear = np.minimum(clear, distances - ROUND_OFF * np.minimum(distances, 0.5))
+    if len(world) and margin > robot.diameter and (clear < turning_radius(robot, margin)).all():
+        raise InvalidParameter(
+            f"margin is {margin:g} m, wider than the robot, and the start or the goal is too close "
+            f"to every obstacle for it (R_D = R_r + margin / 2); give at most "
+            f"{2 * (clear.max() - robot.radius):.4f} m"
+        )
     return Query(world, start, goal, robot, margin, read_only(world.radii + clear))

@@ -136,8 +136,7 @@ def plan_rooms(
         turns, segments = _lead_through_rooms(query, steps)
         turns = _solve_dangers(query, turns, steps)
     path = steps[-1].path
-    query.verify(path, steps)
-    return Plan(path, segments, tuple(turns), tuple(steps), query.robot, query.margin)
+    return query.answer(path, segments, turns, steps)
 
 
 def _lead_through_rooms(

@@ -142,5 +142,4 @@ def shortest_path(
     while new := set(path.near(world, keep_clear)[1].tolist()) - route.members:
         turns, path, _ = route.go_round(new)
         steps.append(Step(StepKind.SHORTEST, path, group=tuple(sorted(route.members))))
-    query.verify(path, steps)
-    return Plan(path, (), tuple(turns), tuple(steps), query.robot, query.margin)
+    return query.answer(path, (), turns, steps)
