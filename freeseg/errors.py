@@ -1,6 +1,6 @@
 """The errors that freeseg raises; each message names the value and the remedy."""
 
-from collections.abc import Iterable
+from collections import abc
 
 
 class FreesegError(Exception):
@@ -36,7 +36,7 @@ class Trapped(FreesegError):
         What it tried.
     """
 
-    def __init__(self, message: str, steps: Iterable = ()):
+    def __init__(self, message: str, steps: abc.Iterable = ()):
         super().__init__(message)
         self.steps = tuple(steps)
 

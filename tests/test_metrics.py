@@ -221,3 +221,9 @@ def test_a_part_of_a_run_by_hand():
 def test_a_part_without_times_is_refused(since, until):
     with pytest.raises(fs.InvalidParameter, match="give times"):
         fs.metrics.tracking(make_run(np.zeros(4)), since=since, until=until)
+
+
+def test_a_run_after_no_reference_has_no_tracking_numbers():
+    run = fs.drive(lambda t, pose: (0.1, 0.0), (0, 0, 0), 0.05, 10)
+    with pytest.raises(fs.InvalidParameter, match="followed no reference"):
+        fs.metrics.tracking(run)

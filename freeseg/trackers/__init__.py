@@ -7,6 +7,7 @@ sees the first.
 
 from importlib import import_module
 
+from freeseg.trackers.feedback import Law, Tracker
 from freeseg.trackers.feedback_linearisation import FeedbackLinearisation
 from freeseg.trackers.fuzzy import Fuzzy
 from freeseg.trackers.kanayama import Kanayama
@@ -21,6 +22,7 @@ __all__ = [
     "FeedbackLinearisation",
     "Fuzzy",
     "Kanayama",
+    "Law",
     "Lqr",
     "Mpc",
     "Pid",
@@ -28,15 +30,16 @@ __all__ = [
     "SlidingMode",
     "Stanley",
     "SuperTwisting",
+    "Tracker",
 ]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> object:
     """Import `Mpc` when first asked for: CasADi is slow to load."""
     if name == "Mpc":
         return import_module("freeseg.trackers.mpc").Mpc
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted([*globals(), "Mpc"])

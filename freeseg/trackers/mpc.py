@@ -205,7 +205,7 @@ class _Programme:
         # Initial guess: of the multipliers too, of bounds (x) and constraints (a).
         self.lam_x0, self.lam_a0 = np.zeros(shape), np.zeros(rows)
         self.lam_x, self.lam_a = np.zeros(shape), np.zeros(rows)
-
+        # Solve: both functions are bound to the arrays once, and then called without arguments.
         self.solver = tracker.solver or ("piqp" if self.discs else "qrqp")
         structure = {"h": ca.Sparsity.diag(self.weights.size), "a": sparsity}
         options = {"error_on_fail": False} | SOLVERS[self.solver](tracker.iterations)
