@@ -6,6 +6,7 @@ sees the first.
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from freeseg.trackers.feedback import Law, Tracker
 from freeseg.trackers.feedback_linearisation import FeedbackLinearisation
@@ -17,6 +18,9 @@ from freeseg.trackers.pure_pursuit import PurePursuit
 from freeseg.trackers.sliding_mode import SlidingMode
 from freeseg.trackers.stanley import Stanley
 from freeseg.trackers.super_twisting import SuperTwisting
+
+if TYPE_CHECKING:
+    from freeseg.trackers.mpc import Mpc
 
 __all__ = [
     "FeedbackLinearisation",
