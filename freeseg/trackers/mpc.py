@@ -409,7 +409,7 @@ def _one_pose(pose):
             f"pose has shape {array.shape}, and the MPC drives one robot; run them one by one"
         )
     if array.shape != (3,) or not np.isfinite(array).all():
-        raise InvalidParameter(f"pose is {pose!r}; give three finite numbers")
+        raise InvalidParameter(f"pose is {checks.shown(pose)}; give three finite numbers")
     return array
 
 
