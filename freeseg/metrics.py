@@ -85,8 +85,6 @@ def tracking(
     """
     checks.instance("run", run, Run, "what simulate returns")
     if run.error is None:
-        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
-    if run.error is None:
         raise InvalidParameter("run followed no reference; give what simulate returns")
     part = slice(*np.searchsorted(run.t, [since, until]))
     if np.isnan([since, until]).any() or part.start >= part.stop:

@@ -438,7 +438,8 @@ def _timed(course, s, lengths, v, shift, robot):
     -------
     Reference
     """
-    times = np.append(0, np.cumsum(2 * lengths / (v[1:] + v[:-1])))
+    with np.errstate(divide="ignore"):
+        times = np.append(0, np.cumsum(2 * lengths / (v[1:] + v[:-1])))
     if not times[-1] <= LONGEST_DURATION:
         raise InvalidParameter(
             f"speed is at most {v.max():g} m/s, at which the path takes {times[-1]:g} s; give more "

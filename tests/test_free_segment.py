@@ -557,7 +557,7 @@ def test_invalid_margin(tables, margin):
 
 @pytest.mark.parametrize("planner", [fs.plan, fs.plan_rooms, fs.shortest_path, fs.literal_plan])
 def test_a_margin_of_zero_is_a_margin(tables, planner):
-    found = planner(tables[1], (0, 0), (0.2, 0.1), margin=0)
+    found = planner(tables[1], (0, 0), (0.3, 0.02), margin=0)
     assert found.margin == 0
     assert found.turning_radius == found.robot.radius
 

@@ -708,7 +708,7 @@ def test_wrapped_headings_are_unwrapped(round_trip):
         ("v", lambda v: 0 * v, "reference v is"),
         ("omega", lambda omega: -omega, "reference omega is"),
         ("omega", lambda omega: 0 * omega, "reference omega is"),
-        ("pose", lambda pose: pose + [[0], [0], [0.2]], "sideways speed"),
+        ("pose", lambda pose: pose + np.transpose([[0, 0, 0.2]]), "sideways speed"),
         ("pose", lambda pose: pose * [[1000], [1000], [1]], "reference v is"),
         ("pose", lambda pose: pose * [[1], [1], [180 / np.pi]], "reference (v|omega) is"),
     ],
