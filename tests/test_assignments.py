@@ -1,18 +1,27 @@
-"""The problem sets are released and graded as a lecturer does it, by nbgrader itself."""
+"""The problem sets are released and graded as a lecturer does it, by nbgrader itself.
+
+Every typical mistake is graded in this process, whose points nbgrader counts, and one of each set
+by nbgrader from end to end. ``pytest -m exhaustive`` has it grade them all.
+"""
 
 import ast
 import csv
+import functools
 import importlib.util
+import io
 import json
 import re
 import shutil
 import signal
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from copy import deepcopy
+from unittest.mock import patch
 
 import nbformat
+import nbgrader.api
 import numpy as np
 import pytest
+from nbgrader.utils import determine_grade
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
@@ -23,7 +32,11 @@ FOLDER = NOTEBOOKS / "assignments"
 PS1 = "ps1_kinematics_and_segments"
 SETS = sorted(file.stem for file in FOLDER.glob("ps*/*.ipynb"))
 #: Longest time of a cell (s) where one loops, and elsewhere, where the machine may be busy.
-LOOPING, TIMEOUT = 15, 120
+LOOPING, TIMEOUT = 10, 120
+#: Longest time (s) of a test that is to be lost to a loop.
+SOON = 1.0
+#: What nbgrader asks another program at every new grade book is always the same.
+nbgrader.api.get_alembic_version = functools.cache(nbgrader.api.get_alembic_version)
 
 #: Typical mistakes: set, text of the reference solution, what stands there instead, tests lost.
 MISTAKES = {
@@ -259,12 +272,6 @@ class Course:
             submission = book.find_submission_notebook(name, name, student)
             return {grade.name: (grade.score, grade.max_score) for grade in submission.grades}
 
-    def lost(self, student, name):
-        """Tests that gave less than all their points."""
-        return {
-            cell for cell, (score, worth) in self.points(student, name).items() if score < worth
-        }
-
     def grade_by_hand(self, student, name):
         """Full points for every answer that waits for the lecturer."""
         with self.grade.open_book(self.grade.open_course(self.folder)) as book:
@@ -274,15 +281,95 @@ class Course:
             book.db.commit()
 
     def said(self, student, name):
-        """What every graded cell printed to the error stream."""
-        autograded = read(name, self.folder / "build" / "autograded" / student)
-        return {
-            cell_name: "".join(
-                output.text for output in cell.outputs if output.get("name") == "stderr"
-            )
-            for cell_name, cell in nbgrader_cells(autograded).items()
-            if cell.cell_type == "code"
-        }
+        """What every cell printed to the error stream."""
+        return complaints(read(name, self.folder / "build" / "autograded" / student))
+
+
+def complaints(notebook):
+    """What every cell that nbgrader knows printed to the error stream."""
+    return {
+        cell_name: "".join(output.text for output in cell.outputs if output.get("name") == "stderr")
+        for cell_name, cell in nbgrader_cells(notebook).items()
+        if cell.cell_type == "code"
+    }
+
+
+def lost(points):
+    """Cells that gave less than all their points."""
+    return {cell for cell, (score, worth) in points.items() if score < worth}
+
+
+def outputs_of(source, names):
+    """What a cell prints, shows and raises in this process; `names` are those given before it."""
+    streams, outputs, value = {"stdout": io.StringIO(), "stderr": io.StringIO()}, [], None
+    with redirect_stdout(streams["stdout"]), redirect_stderr(streams["stderr"]):
+        try:
+            body = ast.parse(source).body
+            last = body.pop() if isinstance(body[-1], ast.Expr) else None
+            exec(compile(ast.Module(body, []), "a cell", "exec"), names)
+            if last:
+                value = eval(compile(ast.Expression(last.value), "a cell", "eval"), names)
+        except Exception as error:
+            told = {"ename": type(error).__name__, "evalue": str(error), "traceback": []}
+            outputs.append(nbformat.v4.new_output("error", **told))
+    for stream, text in streams.items():
+        if text.getvalue():
+            printed = nbformat.v4.new_output("stream", name=stream, text=text.getvalue())
+            outputs.append(printed)
+    if value is not None:
+        shown = nbformat.v4.new_output("execute_result", data={"text/plain": repr(value)})
+        outputs.append(shown)
+    return outputs
+
+
+def grade_here(notebook, name, folder, looping):
+    """Points and complaints of a solved notebook whose cells run in this process.
+
+    Neither kernels nor nbgrader's own steps take part, but nbgrader's rule for points does.
+
+    Parameters
+    ----------
+    notebook : NotebookNode
+        With the hidden tests.
+    name, folder : str, Path
+        As `grade_by_nbgrader` has them; not used.
+    looping : set of str
+        Tests that are to be lost to a loop: they are ended soon.
+
+    Returns
+    -------
+    points : dict
+        Score and worth of every graded cell; one that waits for the lecturer has no score yet.
+    said : dict
+        What every cell printed to the error stream.
+    """
+    ran, names = deepcopy(notebook), {"__name__": "__main__"}
+    cells = nbgrader_cells(ran)
+    for cell_name, cell in cells.items():
+        if cell.cell_type == "code":
+            with patch.dict(check.__kwdefaults__, {"limit": SOON} if cell_name in looping else {}):
+                cell.outputs = outputs_of(cell.source, names)
+    graded = {
+        cell_name: determine_grade(cell)
+        for cell_name, cell in cells.items()
+        if cell.metadata.nbgrader.grade
+    }
+    points = {cell_name: (score or 0.0, worth) for cell_name, (score, worth) in graded.items()}
+    return points, complaints(ran)
+
+
+def grade_by_nbgrader(notebook, name, folder, looping):
+    """Points and complaints as `grade_here` gives them, by nbgrader from end to end."""
+    course = Course(folder, name)
+    course.submit("student", name, solve(read(name, course.release()), notebook))
+    assert course.graded()["student"]["remarks"] == ""
+    return course.points("student", name), course.said("student", name)
+
+
+#: Both ways of grading; the second takes far longer.
+BOTH_WAYS = pytest.mark.parametrize(
+    "grade", [grade_here, pytest.param(grade_by_nbgrader, marks=pytest.mark.exhaustive)]
+)
 
 
 def solve(released, source, only=None):
@@ -305,6 +392,45 @@ def replace_once(notebook, old, new):
     return changed
 
 
+def waits(name):
+    """Answers of a set that wait for the lecturer."""
+    return {
+        cell_name
+        for cell_name, cell in nbgrader_cells(read(name)).items()
+        if cell.metadata.nbgrader.grade and cell.metadata.nbgrader.solution
+    }
+
+
+def assert_helpful(said):
+    """Whoever loses points reads of what, and why."""
+    for cell_name, message in said.items():
+        if message:
+            first, second, *_ = message.splitlines()
+            assert first.startswith("not yet: ")
+            assert len(second) > 20, cell_name
+            assert "AssertionError" not in message
+
+
+def assert_costs(key, points, said):
+    """A mistake loses the tests that it should, and the tests say why."""
+    name, *_, tests = MISTAKES[key]
+    assert lost(points) == tests | waits(name)
+    # The curve of the last set gives a part of its points; every other test all or none.
+    assert all(points[test][0] == 0 for test in tests - {"test-cost-curve"})
+    assert sum(points[test][1] - points[test][0] for test in tests) > 0
+    assert_helpful(said)
+
+
+@BOTH_WAYS
+@pytest.mark.parametrize("key", MISTAKES)
+def test_a_mistake_costs_its_points(key, grade, tmp_path):
+    name, old, new, tests = MISTAKES[key]
+    looping = tests if key.startswith("an endless") else set()
+    points, said = grade(replace_once(read(name), old, new), name, tmp_path, looping)
+    assert_costs(key, points, said)
+    assert all("is there a loop that does not end?" in said[test] for test in looping)
+
+
 def test_grading_by_nbgrader(name, tmp_path):
     course = Course(tmp_path, name)
     released, source = read(name, course.release()), read(name)
@@ -322,12 +448,11 @@ def test_grading_by_nbgrader(name, tmp_path):
     course.submit("untouched", name, released)
     course.submit("reference", name, solved)
     course.submit("half", name, solve(released, source, solutions[: (1 + len(solutions)) // 2]))
-    mistakes = {key: mistake for key, mistake in MISTAKES.items() if mistake[0] == name}
-    for key, (_, old, new, _) in mistakes.items():
-        course.submit(key, name, replace_once(solved, old, new))
+    key, (_, old, new, _) = next(item for item in MISTAKES.items() if item[1][0] == name)
+    course.submit(key, name, replace_once(solved, old, new))
     rows = course.graded()
 
-    assert set(rows) == {"untouched", "reference", "half", *mistakes}
+    assert set(rows) == {"untouched", "reference", "half", key}
     remarks = {student: row["remarks"] for student, row in rows.items()}
     assert remarks.pop("untouched").startswith("no id is written in it")
     assert set(remarks.values()) == {""}
@@ -337,8 +462,10 @@ def test_grading_by_nbgrader(name, tmp_path):
     assert not [
         o for cell in unsolved.cells for o in cell.get("outputs", ()) if o.output_type == "error"
     ]
+    assert_helpful(course.said("untouched", name))
 
     by_hand = int(rows["reference"]["to_grade_by_hand"])
+    assert by_hand == len(waits(name))
     final = rows["reference"]
     if by_hand:
         course.grade_by_hand("reference", name)
@@ -348,28 +475,10 @@ def test_grading_by_nbgrader(name, tmp_path):
     assert final["to_grade_by_hand"] == "0"
     assert 0 < float(rows["half"]["score"]) < float(rows["reference"]["score"])
 
-    waiting = {
-        cell_name
-        for cell_name in graded
-        if nbgrader_cells(source)[cell_name].metadata.nbgrader.solution
-    }
-    assert len(waiting) == by_hand
-    for key, (*_, tests) in mistakes.items():
-        assert course.lost(key, name) == tests | waiting, key
-        points = course.points(key, name)
-        # The curve of the last set gives a part of its points; every other test all or none.
-        assert all(points[test][0] == 0 for test in tests - {"test-cost-curve"}), key
-        lost = sum(graded[test] - points[test][0] for test in tests | waiting)
-        assert float(rows[key]["score"]) == pytest.approx(sum(graded.values()) - lost), key
-        assert lost > sum(graded[test] for test in waiting)
-
-    for student in ("untouched", *mistakes):
-        for cell_name, message in course.said(student, name).items():
-            if message:
-                first, second, *_ = message.splitlines()
-                assert first.startswith("not yet: ")
-                assert len(second) > 20, cell_name
-                assert "AssertionError" not in message
+    points = course.points(key, name)
+    assert {cell_name: worth for cell_name, (_, worth) in points.items()} == graded
+    assert_costs(key, points, course.said(key, name))
+    assert float(rows[key]["score"]) == pytest.approx(sum(score for score, _ in points.values()))
     for student in rows:
         assert (course.folder / "build" / "feedback" / student / name / f"{name}.html").exists()
 
@@ -417,19 +526,17 @@ AS_GOOD = {
 }
 
 
+@BOTH_WAYS
 @pytest.mark.parametrize("kind", AS_GOOD)
-def test_other_solutions_get_the_points_too(kind, tmp_path):
+def test_other_solutions_get_the_points_too(kind, grade, tmp_path):
     name, changes = AS_GOOD[kind]
-    course = Course(tmp_path, name)
-    solved = solve(read(name, course.release()), read(name))
+    solved = read(name)
     for old, new in changes.items():
         solved = replace_once(solved, old, new)
-    course.submit("other", name, solved)
-    assert course.graded()["other"]["remarks"] == ""
-    points = course.points("other", name)
+    points, _ = grade(solved, name, tmp_path, set())
     by_hand = {"why", "discussion"} & set(points)
     # On paths about as good as the given ones, the best baseline has 5.7 of the curve's 8 points.
-    assert course.lost("other", name) - {"test-cost-curve"} == by_hand
+    assert lost(points) - {"test-cost-curve"} == by_hand
     assert points.get("test-cost-curve", (8, 8))[0] > 5.5
 
 
@@ -462,7 +569,11 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     body = "length = radius * np.abs(np.radians(sweep_deg))"
     course.submit("a broken file", PS1, None)
     course.submit("a dead kernel", PS1, replace_once(solved, body, "import os; os._exit(1)"))
-    course.submit("a loop", PS1, replace_once(solved, body, "while True: pass"))
+    loop = replace_once(solved, body, "while True: pass")
+    course.submit("a loop", PS1, loop)
+    limit = f'student = "reference"\ncheck.__kwdefaults__["limit"] = {SOON}'
+    limited = replace_once(loop, 'student = "reference"', limit)
+    course.submit("a loop that its test ends", PS1, limited)
     quiet = replace_once(
         released, "student = ", "import io, sys; sys.stderr = io.StringIO()\nstudent = "
     )
@@ -477,7 +588,7 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     course.submit("unknown", "essay", solved)
     (course.submissions / "empty").mkdir()
     rows = course.graded()
-    assert "10/10" in capfd.readouterr().err  # the progress, over all files
+    assert "11/11" in capfd.readouterr().err  # the progress, over all files
 
     for student, why in (
         ("a broken file", "does not open"),
@@ -489,9 +600,12 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
         assert why in rows[student]["remarks"]
         assert rows[student]["score"] == ""
 
-    assert course.lost("a loop", PS1) == {"test-arc-length"}
-    assert float(rows["a loop"]["score"]) == 20 - 2
-    assert rows["a loop"]["remarks"] == ""
+    for student in ("a loop", "a loop that its test ends"):
+        assert lost(course.points(student, PS1)) == {"test-arc-length"}
+        assert float(rows[student]["score"]) == 20 - 2
+        assert rows[student]["remarks"] == ""
+        ended = "loop that does not end?" in course.said(student, PS1)["test-arc-length"]
+        assert ended == (student != "a loop")
 
     assert float(rows["tampered"]["score"]) == float(rows["tampered"]["max_score"]) == 20
     assert float(rows["tampered and unsolved"]["score"]) == 0
