@@ -13,7 +13,7 @@ for name, case in fs.load_cases().items():
     world = fs.load_table(case.table)
     plan = fs.plan(world, case.start, case.goal)
     assert plan.path.clearance(world) > fs.KheperaIV().radius - 1e-9, name
-reference = fs.make_reference(plan.path, speed=0.1, smoothing=0.03, world=world)
+reference = fs.make_reference(plan, speed=0.1, smoothing=0.03)
 tuned = fs.studies.tuning.load_gains()
 for tracker in (fs.SlidingMode(), fs.Pid(), fs.Mpc(), tuned["Lqr"][0].tracker):
     run = fs.simulate(tracker, reference)

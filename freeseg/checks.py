@@ -151,6 +151,17 @@ def instances(name, values, kind, remedy, error=InvalidParameter):
     return found
 
 
+def real(name: str, values: object, remedy: str) -> np.ndarray:
+    """`values` as an array of real numbers of any shape; `InvalidParameter` for anything else."""
+    try:
+        found = np.asarray(values)
+    except ValueError:
+        found = np.array(None)
+    if found.dtype.kind not in "iuf" or np.isnan(found).any():
+        raise InvalidParameter(f"{name} is {shown(values)}; give {remedy}")
+    return found
+
+
 def array(
     name: str,
     values: ArrayLike,

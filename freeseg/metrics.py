@@ -34,6 +34,7 @@ def planning(world: World, plan: Plan) -> dict[str, float]:
         steps that solved a danger problem of the path first planned.
     """
     check_world(world)
+    checks.instance("plan", plan, Plan, "what a planner returned")
     safe = sum(segment.safe for segment in plan.segments)
     return {
         "length_m": plan.path.length,
@@ -46,7 +47,11 @@ def planning(world: World, plan: Plan) -> dict[str, float]:
 
 
 def tracking(
-    run: Run, world: World | None = None, since: float = 0.0, until: float = np.inf
+    run: Run,
+    world: World | None = None,
+    since: float = 0.0,
+    until: float = np.inf,
+    settled_heading: float = np.inf,
 ) -> dict[str, float | np.ndarray]:
     """Numbers of a run, or of a part of it.
 
@@ -59,6 +64,9 @@ def tracking(
     since, until : float, optional
         First time that counts, and the first that no longer does (s), for
         all numbers but the settling time.
+    settled_heading : float, optional
+        Largest heading error (rad) at which a robot counts as settled; by
+        default any.
 
     Returns
     -------
@@ -67,8 +75,9 @@ def tracking(
         ``position_max_m``, ``position_final_m``; the part of it along the
         reference's heading and the part across, ``along_track_rms_m`` and
         ``cross_track_rms_m``; ``heading_rms_rad``, ``heading_final_rad``;
-        ``settling_time_s``, after which the position error stays below 10 mm
-        (infinite if it does not); per wheel ``wheel_speed_max_m_s``,
+        ``settling_time_s``, after which the position error stays below 10 mm,
+        and the heading's within `settled_heading` (infinite if they do not);
+        per wheel ``wheel_speed_max_m_s``,
         ``wheel_acceleration_max_m_s2`` (from rest on) and
         ``wheel_variation_m_s``, the total variation, as the larger of both
         wheels; ``wheel_acceleration_rms_m_s2``, over both, the control
@@ -86,15 +95,22 @@ def tracking(
     checks.instance("run", run, Run, "what simulate returns")
     if run.error is None:
         raise InvalidParameter("run followed no reference; give what simulate returns")
-    part = slice(*np.searchsorted(run.t, [since, until]))
-    if np.isnan([since, until]).any() or part.start >= part.stop:
+    heading = checks.as_float(settled_heading)
+    if not heading > 0:
         raise InvalidParameter(
-            f"since is {since!r} and until {until!r}; give times (s) with steps of the run "
-            f"between them, which lasts {run.t[-1]:g} s"
+            f"settled_heading is {checks.shown(settled_heading)}; give a positive angle (rad)"
+        )
+    times = [checks.as_float(since), checks.as_float(until)]
+    part = slice(*np.searchsorted(run.t, times))
+    if np.isnan(times).any() or part.start >= part.stop:
+        raise InvalidParameter(
+            f"since is {checks.shown(since)} and until {checks.shown(until)}; give times (s) with "
+            f"steps of the run between them, which lasts {run.t[-1]:g} s"
         )
     errors = _error_numbers(run.error[..., part])
-    values = errors | {"settling_time_s": _settling_time(run)} | _wheel_numbers(run, part)
+    values = errors | {"settling_time_s": _settling_time(run, heading)} | _wheel_numbers(run, part)
     if world is not None:
+        check_world(world)
         points = shapely.points(np.moveaxis(run.pose[:2][..., part], 0, -1))
         values["clearance_m"] = world.distances(points[..., None]).min((-1, -2), initial=np.inf)
     return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}
@@ -117,9 +133,10 @@ def _error_numbers(error):
     }
 
 
-def _settling_time(run):
+def _settling_time(run, heading):
     """First time of the last unbroken stretch that is settled (s); infinite if there is none."""
     settled = np.hypot(run.error[0], run.error[1]) < SETTLED
+    settled &= np.abs(run.error[2]) <= heading
     unsettled = np.where(settled.all(-1), 0, settled.shape[-1] - np.argmin(settled[..., ::-1], -1))
     return np.append(run.t, np.inf)[unsettled]
 

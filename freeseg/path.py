@@ -143,15 +143,10 @@ class Path:
     pieces: Sequence[Line | Arc]
 
     def __post_init__(self) -> None:
-        try:
-            object.__setattr__(self, "pieces", tuple(self.pieces))
-        except TypeError:
-            raise InvalidParameter(f"pieces is {self.pieces!r}; give Lines and Arcs") from None
+        pieces = checks.instances("pieces", self.pieces, (Line, Arc), "Lines and Arcs")
+        object.__setattr__(self, "pieces", pieces)
         if not self.pieces:
-            raise InvalidParameter("a path needs at least one piece; it has none")
-        for piece in self.pieces:
-            if not isinstance(piece, (Line, Arc)):
-                raise InvalidParameter(f"path piece {piece!r} is no Line and no Arc; give those")
+            raise InvalidParameter("pieces is empty; a path needs at least one piece")
         for before, after in zip(self.pieces, self.pieces[1:], strict=False):
             x, y, theta = before.at(before.length)
             next_x, next_y, next_theta = after.at(0.0)
@@ -203,8 +198,9 @@ class Path:
         curvature : ndarray, shape (...)
             Signed curvature (1/m); at a joint that of the piece that begins.
         """
-        shape = np.shape(s)
-        arc_length = np.clip(np.atleast_1d(np.asarray(s, float)), 0, self.length)
+        given = checks.real("s", s, "arc lengths (m)")
+        shape = given.shape
+        arc_length = np.clip(np.atleast_1d(given.astype(float)), 0, self.length)
         on = np.searchsorted(self.joints, arc_length, side="right") - 1
         on = np.clip(on, 0, len(self.pieces) - 1)
         x, y, theta, curvature = np.empty((4, *arc_length.shape))
@@ -379,7 +375,7 @@ class Path:
         ]
         text = json.dumps({"unit": "m", "pieces": pieces}, indent=1) + "\n"
         try:
-            FilePath(file).write_text(text)
+            FilePath(file).write_text(text, encoding="utf-8")
         except (OSError, TypeError) as error:
             raise InvalidData(f"{file} cannot be written ({error})") from error
 
@@ -394,7 +390,7 @@ class Path:
         """
         kinds = {"Line": Line, "Arc": Arc}
         try:
-            saved = json.loads(FilePath(file).read_text())
+            saved = json.loads(FilePath(file).read_text(encoding="utf-8-sig"))
             if saved["unit"] != "m":
                 raise ValueError(f"its unit is {saved['unit']!r}, not 'm'")
             return cls([kinds[piece.pop("kind")](**piece) for piece in saved["pieces"]])

@@ -11,13 +11,16 @@ from freeseg.geometry import unit
 from freeseg.plan import turning_radius
 from freeseg.robot import KheperaIV, as_robot
 from freeseg.segments import MARGIN
-from freeseg.world import Disc, Polygon, World, check_world
+from freeseg.world import FARTHEST, Disc, Polygon, World, check_world
 
 #: Radii (m) of random discs, and of the circles in which random polygons lie.
 SIZES = (0.015, 0.06)
 
 #: Square metres per random obstacle; the paper's maps have 0.13.
 SPACIOUS = 0.1
+
+#: More would take minutes.
+MOST_OBSTACLES = 1e6
 
 
 def random_world(
@@ -46,7 +49,7 @@ def random_world(
     ------
     InvalidParameter
         For an `n` or a seed that is not a whole number from 0 on, a shape that
-        is not known, or an area that is not positive.
+        is not known, an area that is not positive, or over a million obstacles.
     InvalidWorld
         Where the square is too crowded for n obstacles.
 
@@ -56,14 +59,23 @@ def random_world(
     5
     """
     n = checks.whole("n", n, remedy="a whole number of obstacles from 0 on")
+    if n > MOST_OBSTACLES:
+        raise InvalidParameter(f"n is {checks.shown(n)}; give at most {MOST_OBSTACLES:g}")
     try:
         # In this order whatever theirs is: a set's is not the same in every run.
         kinds = sorted(set() if isinstance(shapes, str) else set(shapes))
     except TypeError:
         kinds = []
     if not kinds or not set(kinds) <= {"disc", "polygon"}:
-        raise InvalidParameter(f"shapes is {shapes!r}; give a list of 'disc' and 'polygon'")
+        raise InvalidParameter(
+            f"shapes is {checks.shown(shapes)}; give a list of 'disc' and 'polygon'"
+        )
     side = np.sqrt(n * checks.positive("area", area))
+    if side > FARTHEST:
+        raise InvalidParameter(
+            f"area is {area:g} m^2, and the square {side:g} m wide; give less, for at most "
+            f"{FARTHEST:g} m"
+        )
     rng = np.random.default_rng(checks.whole("seed", seed))
     centers, radii = _scatter(n, side, rng)
     return World(
@@ -149,4 +161,7 @@ def random_query(
         free = np.concatenate([free, np.delete(points, close, axis=0)])
         if len(free) > 1:
             return free[0], free[1]
-    raise InvalidWorld("100 times 16 random positions left no two free; give a less crowded world")
+    raise InvalidWorld(
+        "100 times 16 random positions left no two free for this robot and margin; give a less "
+        "crowded world, or less margin"
+    )

@@ -484,6 +484,19 @@ def tracking_error(reference_pose: ArrayLike, pose: ArrayLike) -> np.ndarray:
     >>> [float(round(e, 12)) for e in tracking_error((0, 1, 0), (0, 0, np.pi / 2))]
     [1.0, 0.0, -1.570796326795]
     """
+    remedy = "x, y (m) and heading (rad)"
+    poses = [
+        checks.real("reference_pose", reference_pose, remedy),
+        checks.real("pose", pose, remedy),
+    ]
+    for what, found in zip(("reference_pose", "pose"), poses, strict=True):
+        if found.shape[:1] != (3,) or not np.isfinite(found).all():
+            raise InvalidParameter(f"{what} is {checks.shown(found)}; give {remedy}")
+    return pose_error(*poses)
+
+
+def pose_error(reference_pose: ArrayLike, pose: ArrayLike) -> np.ndarray:
+    """`tracking_error` without its checks, for the laws and the loop."""
     x_r, y_r, theta_r = np.asarray(reference_pose)
     x, y, theta = np.asarray(pose)
     cos, sin = np.cos(theta), np.sin(theta)

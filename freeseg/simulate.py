@@ -1,6 +1,7 @@
 """The one closed loop: tracker, robot, limits, disturbance."""
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from freeseg import checks
 from freeseg.disturbance import Disturbance, as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
-from freeseg.reference import Reference, tracking_error
+from freeseg.reference import Reference, pose_error
 from freeseg.robot import KheperaIV, as_robot, same_robot
 from freeseg.trackers.feedback import Law, Tracker
 
@@ -71,6 +72,8 @@ def simulate(
     initial_offset: ArrayLike = (0.0, 0.0, 0.0),
     disturbance: Disturbance | None = None,
     seed: int | tuple[int, int] = 0,
+    settle: float = 0.0,
+    tolerance: float = 0.01,
 ) -> Run:
     """Drive a robot after a reference with a tracker, from rest.
 
@@ -99,10 +102,16 @@ def simulate(
         robot k of a batch with seed s is, bit for bit, the single robot with
         the seed (s, k), and a batch with that seed begins at robot k.
 
+    settle : float, optional
+        How long (s) the run goes on at most after the reference has ended,
+        until every robot is within the tolerance of its end.
+    tolerance : float, optional
+        That distance (m).
+
     Returns
     -------
     Run
-        At the times 0, dt, ... up to the end of the reference.
+        At the times 0, dt, ... up to the end of the reference, or longer.
 
     Raises
     ------
@@ -146,12 +155,20 @@ def simulate(
     offset = checks.array("initial_offset", initial_offset, *POSES, unit=POSE_UNITS)
     disturbance, seed = as_disturbance(disturbance), checks.seed(seed)
     disturbance.delayed_steps(dt)
-    wanted = reference.at(reference.steps(dt)).pose
-    first = _offset_pose(wanted[:, 0], offset)
+    settle, tolerance = (
+        checks.not_negative("settle", settle),
+        checks.positive("tolerance", tolerance),
+    )
+    steps = len(reference.steps(dt)) - 1
+    goal = np.expand_dims(reference.pose[:2, -1], tuple(range(1, offset.ndim)))
+    arrived = _arrival(goal, dt * (steps - 0.5), tolerance) if settle else None
+    first = _offset_pose(reference.pose[:, 0], offset)
     law = tracker.start(reference, robot, dt)
-    run = drive(law, first, dt, wanted.shape[1] - 1, robot, disturbance, seed)
+    steps += int(np.ceil(settle / dt - 1e-9))
+    run = drive(law, first, dt, steps, robot, disturbance, seed, arrived)
+    wanted = reference.at(run.t).pose
     target = wanted[:, None] if offset.ndim == 2 else wanted
-    error = tracking_error(target, run.pose)
+    error = pose_error(target, run.pose)
     return replace(run, reference=read_only(wanted), error=read_only(error))
 
 
@@ -163,6 +180,7 @@ def drive(
     robot: KheperaIV | None = None,
     disturbance: Disturbance | None = None,
     seed: int | tuple[int, int] = 0,
+    stop: Callable[[float, np.ndarray], bool] | None = None,
 ) -> Run:
     """Drive a robot by a law, from rest: the closed loop, which needs no reference.
 
@@ -180,11 +198,15 @@ def drive(
         How many time steps.
     robot, disturbance, seed
         As for `simulate`.
+    stop : callable, optional
+        ``stop(t, pose)``, asked at every time step but the first with the time
+        (s) and the true pose, whether the run ends there.
 
     Returns
     -------
     Run
-        At the times 0, dt, ..., steps dt; without reference and error.
+        At the times 0, dt, ..., steps dt, or until it was to stop; without
+        reference and error.
 
     Raises
     ------
@@ -214,10 +236,13 @@ def drive(
     for step, (noise, rolled) in enumerate(disturbance.samples(batch, steps + 1, dt, seed)):
         if disturbance.noisy:
             measured[step] = poses[step] + noise
-        if step == steps:
+        if step == steps or (stop and step and stop(t[step], poses[step].copy())):
             break
         asked[step], wheels[step] = motors.follow(_ask(law, t[step], measured[step], robot))
         poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)
+    t, poses, measured, wheels, asked = (
+        signal[: step + 1] for signal in (t, poses, measured, wheels, asked)
+    )
     # At the last time, those of the step before.
     wheels[-1], asked[-1] = wheels[-2], asked[-2]
     poses, wheels = _time_last(poses), _time_last(wheels)
@@ -259,6 +284,15 @@ def _offset_pose(pose, offset):
             theta + turned,
         ]
     )
+
+
+def _arrival(goal, since, tolerance):
+    """``stop(t, pose)``: whether all robots are near to a goal, from some time on."""
+
+    def stop(t, pose):
+        return t > since and (np.hypot(*(pose[:2] - goal)) < tolerance).all()
+
+    return stop
 
 
 class _Motors:

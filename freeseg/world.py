@@ -169,9 +169,11 @@ class World:
         try:
             obstacles = tuple(self.obstacles)
         except TypeError:
+            obstacles = None
+        if obstacles is None or isinstance(self.obstacles, str | bytes):
             raise InvalidWorld(
                 f"obstacles is {checks.shown(self.obstacles)}; give a list of Disc and Polygon"
-            ) from None
+            )
         for index, obstacle in enumerate(obstacles):
             if not isinstance(obstacle, (Disc, Polygon)):
                 raise InvalidWorld(

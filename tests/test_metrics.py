@@ -3,6 +3,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
+from freeseg.path import Line
 from freeseg.simulate import Run
 
 T = np.array([0.0, 0.5, 1.0, 1.5])
@@ -227,3 +228,16 @@ def test_a_run_after_no_reference_has_no_tracking_numbers():
     run = fs.drive(lambda t, pose: (0.1, 0.0), (0, 0, 0), 0.05, 10)
     with pytest.raises(fs.InvalidParameter, match="followed no reference"):
         fs.metrics.tracking(run)
+
+
+def test_settled_can_ask_for_the_heading_too(robot):
+    reference = fs.make_reference(fs.Path([Line((0, 0), (1, 0))]))
+    run = fs.simulate(fs.SlidingMode(), reference, robot, initial_offset=(0, 0, 1.0))
+    any_heading = fs.metrics.tracking(run)["settling_time_s"]
+    near = fs.metrics.tracking(run, settled_heading=0.05)["settling_time_s"]
+    assert any_heading < near < np.inf
+    heading = np.abs(run.error[2])
+    assert heading[run.t >= near].max() <= 0.05 < heading[run.t < near][-1]
+    for wrong in (0, -1, None, "0.1", np.nan):
+        with pytest.raises(fs.InvalidParameter, match="settled_heading is"):
+            fs.metrics.tracking(run, settled_heading=wrong)

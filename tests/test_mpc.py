@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
 from freeseg.path import Line
+from freeseg.trackers import mpc
 from freeseg.trackers.mpc import linearisation, motion
 
 DT = 0.05
@@ -365,10 +366,50 @@ def test_invalid_pose(references, robot, pose):
 
 
 @pytest.mark.parametrize("name", ["heading", "acceleration", "terminal", "keep_out"])
-@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, None, "high"])
+@pytest.mark.parametrize("value", [-1, np.nan, np.inf, None, "high", True, 1e300])
 def test_invalid_weight(name, value):
     with pytest.raises(fs.InvalidParameter, match=f"{name} is "):
         fs.Mpc(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["heading", "acceleration", "terminal", "keep_out"])
+def test_a_weight_of_zero_switches_its_term_off(references, robot, name):
+    if name == "acceleration":
+        with pytest.raises(fs.InvalidParameter, match="acceleration is "):
+            fs.Mpc(acceleration=0)
+        return
+    run = fs.simulate(fs.Mpc(**{name: 0}), references["15a"], robot, DT)
+    assert np.hypot(*run.error[:2]).max() < 0.005
+
+
+@pytest.mark.parametrize("solver", ["qrqp", "piqp"])
+def test_where_the_solver_fails_another_finds_the_same_command(
+    references, robot, monkeypatch, solver
+):
+    # A solver that gives up at every tenth step; standing still is always a plan.
+    bind, calls = mpc._bind, []
+
+    class GivesUp:
+        def stats(self):
+            return {"success": False, "return_status": "gave up"}
+
+    def unreliable(function, **arrays):
+        solve = bind(function, **arrays)
+        if function.name() != "programme" or calls:
+            return solve
+        calls.append(0)
+
+        def sometimes():
+            calls[0] += 1
+            return GivesUp() if calls[0] % 10 == 0 else solve()
+
+        return sometimes
+
+    smooth = fs.simulate(fs.Mpc(solver=solver), references["15a"], robot, DT)
+    monkeypatch.setattr(mpc, "_bind", unreliable)
+    rescued = fs.simulate(fs.Mpc(solver=solver), references["15a"], robot, DT)
+    assert calls[0] > 100
+    assert_allclose(rescued.pose, smooth.pose, atol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["horizon", "nearest", "iterations"])

@@ -368,3 +368,11 @@ def test_taut_path_that_only_grazes_a_circle_does_not_go_round_it(sense):
 )
 def test_taut_path_that_does_not_exist(start, circles, goal):
     assert taut_path(start, circles, goal) == (None, [])
+
+
+def test_a_file_with_a_byte_order_mark(tmp_path):
+    path = fs.Path([Line((0, 0), (1, 0))])
+    path.save(tmp_path / "path.json")
+    marked = tmp_path / "marked.json"
+    marked.write_bytes(b"\xef\xbb\xbf" + (tmp_path / "path.json").read_bytes())
+    assert fs.Path.load(marked) == path

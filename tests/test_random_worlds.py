@@ -142,3 +142,10 @@ def test_wrong_question():
         fs.random_query(fs.World([]), 1, margin=-1)
     with pytest.raises(fs.InvalidParameter, match="robot is"):
         fs.random_query(fs.World([]), 1, robot=3)
+
+
+def test_worlds_without_end_are_refused():
+    with pytest.raises(fs.InvalidParameter, match="n is 1000000000; give at most"):
+        fs.random_world(10**9, 0)
+    with pytest.raises(fs.InvalidParameter, match="area is 1e"):
+        fs.random_world(3, 0, area=1e12)

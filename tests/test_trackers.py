@@ -235,6 +235,20 @@ def test_the_law_does_not_depend_on_the_frame(tracker, robot):
     assert_allclose(other.wheels, run.wheels, rtol=0, atol=1e-7)
 
 
+#: Gains that may be zero, for then their term is off.
+SWITCHES = {
+    "FeedbackLinearisation": ("k1", "k2"),
+    "Fuzzy": ("v_range", "omega_range"),
+    "Kanayama": ("k_x", "k_y", "k_alpha"),
+    "Lqr": ("q_x", "q_y"),
+    "Pid": ("kp_x", "ki_x", "kp_y", "ki_y"),
+    "PurePursuit": ("k_x",),
+    "SlidingMode": ("k1", "k2"),
+    "Stanley": ("k", "k_x"),
+    "SuperTwisting": ("lambda1", "lambda2", "w1", "w2"),
+}
+
+
 @pytest.mark.parametrize(
     ("tracker", "name"),
     [
@@ -246,8 +260,13 @@ def test_the_law_does_not_depend_on_the_frame(tracker, robot):
 )
 def test_invalid_gain(tracker, name):
     assert getattr(tracker(**{name: np.float32(0.5)}), name) == 0.5
-    for value in (0, -1, np.nan, np.inf, None, "0.1", True, (1, 2), 1 + 1j):
-        with pytest.raises(fs.InvalidParameter, match=f"^{name} is .*positive finite"):
+    if name in SWITCHES[tracker.__name__]:
+        assert getattr(tracker(**{name: 0}), name) == 0
+        remedy, wrong = "finite number, zero or more", ()
+    else:
+        remedy, wrong = "positive finite", (0,)
+    for value in (*wrong, -1, np.nan, np.inf, None, "0.1", True, (1, 2), 1 + 1j):
+        with pytest.raises(fs.InvalidParameter, match=f"^{name} is .*{remedy}"):
             tracker(**{name: value})
 
 
@@ -423,7 +442,8 @@ def test_super_twisting_by_hand():
     # So near that one step reaches the surface: s / dt, and as much for the integral.
     assert command(tracker, (4e-5, 0, 0))[0] == pytest.approx(0.1 + 2 * 4e-5 / 0.05)
     # The integral stands in the next step.
-    law = tracker.start(LINE, None, DT)
+    tireless = fs.KheperaIV(max_wheel_rate_change=1e9)
+    law = tracker.start(LINE, tireless, DT)
     law(10.0, pose_with((0.04305, 0, 0), LINE.at(10.0).pose))
     v, _ = law(10.05, pose_with((0.04305, 0, 0), LINE.at(10.05).pose))
     assert v == pytest.approx(0.1 + 0.06 + 0.001 + 0.002)
@@ -490,3 +510,75 @@ def test_a_sliding_mode_needs_a_reference_that_moves(tracker):
     still = Reference(np.arange(3.0), np.zeros((3, 3)), zero, zero, zero, zero)
     with pytest.raises(fs.InvalidParameter, match="give a reference that moves"):
         fs.simulate(tracker, still)
+
+
+@pytest.mark.parametrize("kind", SWITCHES)
+def test_a_gain_of_zero_switches_its_term_off(kind, reference_15a, robot):
+    tracker = getattr(fs, kind)
+    for gain in SWITCHES[kind]:
+        off, slight = (tracker(**{gain: value}) for value in (0, 1e-9))
+        runs = [
+            fs.simulate(one, reference_15a, robot, DT, (0, 0.005, 0.05)) for one in (off, slight)
+        ]
+        assert np.isfinite(runs[0].pose).all()
+        assert_allclose(runs[0].pose, runs[1].pose, atol=1e-4)
+    off = tracker(**dict.fromkeys(SWITCHES[kind], 0))
+    assert np.isfinite(fs.simulate(off, reference_15a, robot, DT).pose).all()
+
+
+# --- references that reverse, or turn on the spot ------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def reference_15a():
+    plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
+    return fs.make_reference(plan, smoothing=0.03)
+
+
+@pytest.fixture(scope="module")
+def reversing(reference_15a):
+    """Case 15(a), driven backwards: the robot looks the other way all the time."""
+    made = reference_15a
+    pose = made.pose + np.transpose([[0, 0, np.pi]])
+    return Reference(made.t, pose, -made.v, made.omega, -made.v_dot, made.omega_dot)
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """A straight line, half a turn on the spot in 4 s, and back along the line."""
+    line = fs.make_reference(fs.Path([Line((0, 0), (0.5, 0))]))
+    t = np.linspace(0, 4, 401)
+    shape = 2 * np.pi * t / 4
+    theta, omega = (shape - np.sin(shape)) / 2, np.pi / 4 * (1 - np.cos(shape))
+    omega_dot = np.pi**2 / 8 * np.sin(shape)
+    still = 0 * t
+    spot = [np.stack([still + 0.5, still, theta]), still, omega, still, omega_dot]
+    x, y, heading = line.pose
+    back = [np.stack([0.5 - x, y, heading + np.pi]), line.v, line.omega, line.v_dot, line.omega_dot]
+    there = [line.pose, line.v, line.omega, line.v_dot, line.omega_dot]
+    times = [line.t, line.t[-1] + 1e-3 + t, line.t[-1] + 4.002 + line.t]
+    joined = [np.concatenate(parts, axis=-1) for parts in zip(there, spot, back, strict=True)]
+    return Reference(np.concatenate(times), *joined)
+
+
+@pytest.mark.parametrize("tracker", [*TRACKERS, fs.Mpc], ids=lambda tracker: tracker.__name__)
+def test_a_law_reverses_or_says_that_it_cannot(tracker, reversing, robot):
+    if tracker in (fs.PurePursuit, fs.Stanley):
+        with pytest.raises(fs.InvalidParameter, match=r"reverses at 0\.\d+ s.*cannot follow"):
+            tracker().start(reversing, robot, DT)
+        return
+    for offset in (0.01, -0.01):
+        run = fs.simulate(tracker(), reversing, robot, DT, (0, offset, np.radians(3)))
+        assert np.hypot(*run.error[:2, -1]) < 0.002
+        assert np.hypot(*run.error[:2]).max() < 0.03
+
+
+@pytest.mark.parametrize("tracker", [*TRACKERS, fs.Mpc], ids=lambda tracker: tracker.__name__)
+def test_a_law_turns_on_the_spot_or_says_that_it_cannot(tracker, turning, robot):
+    if tracker is fs.PurePursuit:
+        with pytest.raises(fs.InvalidParameter, match="turns on the spot at"):
+            tracker().start(turning, robot, DT)
+        return
+    run = fs.simulate(tracker(), turning, robot, DT, (0, 0.005, np.radians(3)))
+    assert np.hypot(*run.error[:2, -1]) < 0.005
+    assert np.hypot(*run.error[:2]).max() < 0.03

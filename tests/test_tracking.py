@@ -461,7 +461,7 @@ def test_switching_functions_drive_differently(reference, robot, off_path):
 
 
 @pytest.mark.parametrize("name", ["k1", "k2", "phi1", "phi2", "length_scale", "floor"])
-@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf, None, "high"])
+@pytest.mark.parametrize("value", [True, -1, np.nan, np.inf, None, "high"])
 def test_invalid_gain(name, value):
     with pytest.raises(fs.InvalidParameter, match=f"{name} is "):
         fs.SlidingMode(**{name: value})
@@ -730,3 +730,43 @@ def test_coarse_references_are_taken(round_trip, step):
 def test_a_reference_that_would_take_for_ever_is_refused(slow):
     with pytest.raises(fs.InvalidParameter, match="give more speed and acceleration"):
         fs.make_reference(fs.Path([Line((0, 0), (1, 0))]), **slow)
+
+
+# --- going on after the reference ----------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def short():
+    """A reference that ends before a robot from beside it has come near."""
+    return fs.make_reference(fs.Path([Line((0, 0), (0.2, 0))]))
+
+
+def test_a_run_goes_on_until_the_robot_has_arrived(short, robot):
+    far = -0.2, 0, 0
+    plain = fs.simulate(fs.Pid(), short, robot, initial_offset=far)
+    longer = fs.simulate(fs.Pid(), short, robot, initial_offset=far, settle=20, tolerance=0.01)
+    steps = len(plain.t)
+    assert_array_equal(longer.pose[:, :steps], plain.pose)
+    assert steps < len(longer.t) < steps + 400
+    late = np.hypot(*longer.error[:2, steps - 1 :])
+    assert late[-1] < 0.01
+    assert (late[:-1] >= 0.01).all()
+    # There at once, or never.
+    on_path = fs.simulate(fs.Pid(), short, robot, settle=5)
+    assert len(on_path.t) == len(fs.simulate(fs.Pid(), short, robot).t)
+    never = fs.simulate(fs.Pid(), short, robot, initial_offset=far, settle=1, tolerance=1e-9)
+    assert len(never.t) == steps + 20
+
+
+def test_a_batch_goes_on_until_the_last_has_arrived(short, robot):
+    offsets = np.transpose([(-0.2, 0, 0), (0, 0, 0)])
+    batch = fs.simulate(fs.Pid(), short, robot, initial_offset=offsets, settle=5)
+    slow = fs.simulate(fs.Pid(), short, robot, initial_offset=offsets[:, 0], settle=5)
+    assert_array_equal(batch.t, slow.t)
+    assert_array_equal(batch.pose[:, 0], slow.pose)
+
+
+@pytest.mark.parametrize("wrong", [{"settle": -1}, {"settle": "5"}, {"tolerance": 0}])
+def test_settling_that_makes_no_sense(reference, wrong):
+    with pytest.raises(fs.InvalidParameter, match=f"{next(iter(wrong))} is"):
+        fs.simulate(fs.Pid(), reference, **wrong)

@@ -196,7 +196,7 @@ def test_the_interval_covers_the_mean_about_as_often_as_it_says():
 
 @pytest.mark.parametrize("values", [1, [1, 2, 3], [[1, 2]], [[1], [2]], [[1, np.nan], [1, 2]]])
 def test_too_few_numbers_are_refused(values):
-    with pytest.raises(InvalidParameter, match="two courses"):
+    with pytest.raises(InvalidParameter, match=r"two courses|expected n x n|must be finite"):
         statistics.interval(values)
 
 

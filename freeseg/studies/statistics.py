@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
 
 
@@ -37,8 +38,9 @@ def interval(values: ArrayLike, seed: int = 0) -> tuple[float, float]:
     """
     from scipy.stats import bootstrap
 
-    values = np.asarray(values, float)
-    if values.ndim != 2 or min(values.shape) < 2 or np.isnan(values).any():
+    values = checks.array("values", values, (None, None), unit="one a run")
+    seed = checks.whole("seed", seed)
+    if min(values.shape) < 2:
         raise InvalidParameter(
             f"values has shape {values.shape}; give numbers of two courses and two robots or more"
         )

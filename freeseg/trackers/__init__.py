@@ -8,7 +8,6 @@ sees the first.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from freeseg.trackers.feedback import Law, Tracker
 from freeseg.trackers.feedback_linearisation import FeedbackLinearisation
 from freeseg.trackers.fuzzy import Fuzzy
 from freeseg.trackers.kanayama import Kanayama
@@ -26,7 +25,6 @@ __all__ = [
     "FeedbackLinearisation",
     "Fuzzy",
     "Kanayama",
-    "Law",
     "Lqr",
     "Mpc",
     "Pid",
@@ -34,7 +32,6 @@ __all__ = [
     "SlidingMode",
     "Stanley",
     "SuperTwisting",
-    "Tracker",
 ]
 
 

@@ -8,8 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.reference import Reference, Sample, tracking_error
+from freeseg.errors import InvalidParameter
+from freeseg.reference import Reference, Sample, pose_error
 from freeseg.robot import KheperaIV
+
+#: Up to it, the product of a step of an integral and an excess is no saturation (SI).
+NO_EXCESS = 1e-15
+
+#: A slower reference rests (m/s, rad/s).
+REST = 1e-9
 
 
 class Law(Protocol):
@@ -53,12 +60,45 @@ class Tracker(Protocol):
         """
 
 
-def check_gains(tracker: Any) -> None:
-    """Make every float of a tracker one; `InvalidParameter` unless positive and finite."""
+def check_gains(tracker: Any, *switches: str) -> None:
+    """Make every float of a tracker one; `InvalidParameter` unless positive and finite.
+
+    Parameters
+    ----------
+    tracker : Tracker
+        A frozen dataclass.
+    *switches : str
+        Gains that may be zero, which switches their term off.
+    """
     for gain in fields(tracker):
         if gain.type is float:
-            value = checks.positive(gain.name, getattr(tracker, gain.name))
+            check = checks.not_negative if gain.name in switches else checks.positive
+            value = check(gain.name, getattr(tracker, gain.name))
             object.__setattr__(tracker, gain.name, value)
+
+
+def forwards_only(tracker: Any, reference: Reference, spot: bool = True) -> None:
+    """Raise `InvalidParameter` where a reference asks for what a tracker cannot do.
+
+    Parameters
+    ----------
+    tracker : Tracker
+        One that can only drive forwards.
+    reference : Reference
+        What to follow.
+    spot : bool, optional
+        Whether it can turn on the spot.
+    """
+    resting = np.abs(reference.v) <= REST
+    for what, there in (
+        ("reverses", reference.v < -REST),
+        ("turns on the spot", resting & (np.abs(reference.omega) > REST) & (not spot)),
+    ):
+        if there.any():
+            raise InvalidParameter(
+                f"the reference {what} at {reference.t[np.argmax(there)]:.3f} s, which "
+                f"{type(tracker).__name__} cannot follow; choose another tracker, such as Pid"
+            )
 
 
 def watch(
@@ -88,6 +128,6 @@ def watch(
     def see(t, pose):
         now_and_middle = look(t)
         middle = Sample(*(values[..., 1] for values in now_and_middle))
-        return tracking_error(now_and_middle.pose[:, 0], pose), middle
+        return pose_error(now_and_middle.pose[:, 0], pose), middle
 
     return see

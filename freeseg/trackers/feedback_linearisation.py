@@ -48,15 +48,16 @@ class FeedbackLinearisation:
     ahead: float = 0.06
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "k1", "k2")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
-        b = self.ahead
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
+            # Ahead in the direction driven: of a robot that reverses, behind it.
+            b = np.copysign(self.ahead, v_r)
             cos, sin = np.cos(alpha_e), np.sin(alpha_e)
             along, across = x_e + b * cos - b, y_e + b * sin
             v = v_r * cos - b * omega_r * sin + self.k1 * along

@@ -74,7 +74,7 @@ class Fuzzy:
     omega_range: float = 2.0
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "v_range", "omega_range")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
@@ -82,7 +82,9 @@ class Fuzzy:
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
-            x, y, alpha = x_e / self.x_range, y_e / self.y_range, alpha_e / self.alpha_range
+            # Backwards, y_e asks for the other sense of turn.
+            y = np.copysign(1.0, v_r) * y_e / self.y_range
+            x, alpha = x_e / self.x_range, alpha_e / self.alpha_range
             # Sets come first in an array and robots last. Python's sum adds the rules in
             # order, as for one robot so for many; NumPy's does not, to the last bit.
             speed = sum((memberships(x).T * SPEED_RULES).T)

@@ -14,7 +14,9 @@ class Kanayama:
     """Gains of the law of Kanayama, Kimura, Miyazaki and Noguchi.
 
     v = v_r cos(alpha_e) + k_x x_e and
-    w = w_r + v_r (k_y y_e + k_alpha sin(alpha_e)).
+    w = w_r + v_r k_y y_e + |v_r| k_alpha sin(alpha_e); theirs, for a robot
+    that drives forwards, has v_r for |v_r|. A robot that looks backwards,
+    alpha_e = pi, and is on its path gets no turn, and stays so.
 
     The defaults are an assumption: sideways, the error is critically damped,
     k_alpha = 2 sqrt(k_y), and falls by 1/e in 1 / (v_r sqrt(k_y)) = 1 s at
@@ -46,7 +48,7 @@ class Kanayama:
     k_alpha: float = 20.0
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "k_x", "k_y", "k_alpha")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
@@ -55,6 +57,8 @@ class Kanayama:
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
             v = v_r * np.cos(alpha_e) + self.k_x * x_e
-            return v, omega_r + v_r * (self.k_y * y_e + self.k_alpha * np.sin(alpha_e))
+            # Backwards, y_e asks for the other sense of turn, and alpha_e for the same.
+            damping = np.copysign(self.k_alpha, v_r) * np.sin(alpha_e)
+            return v, omega_r + v_r * (self.k_y * y_e + damping)
 
         return law

@@ -62,18 +62,21 @@ class Lqr:
     q_alpha: float = 2.0
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "q_x", "q_y")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
-        speeds = np.linspace(0, reference.v.max(), SPEEDS)
+        speeds = np.linspace(0, np.abs(reference.v).max(), SPEEDS)
         k_x, k_y, k_alpha = self.gains(speeds, dt)
         see = watch(reference, dt)
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
-            turn = np.interp(v_r, speeds, k_y) * y_e + np.interp(v_r, speeds, k_alpha) * alpha_e
+            # Backwards, y_e asks for the other sense of turn, and alpha_e for the same.
+            speed = np.abs(v_r)
+            turn = np.copysign(np.interp(speed, speeds, k_y), v_r) * y_e
+            turn = turn + np.interp(speed, speeds, k_alpha) * alpha_e
             return v_r * np.cos(alpha_e) + k_x * x_e, omega_r + turn
 
         return law

@@ -9,10 +9,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference
 from freeseg.robot import KheperaIV
-from freeseg.trackers.feedback import Law, check_gains, watch
-
-#: Up to it, the product of a step of an integral and an excess is no saturation (SI).
-NO_EXCESS = 1e-15
+from freeseg.trackers.feedback import NO_EXCESS, Law, check_gains, watch
 
 
 @dataclass(frozen=True)
@@ -71,7 +68,7 @@ class Pid:
 
     def __post_init__(self):
         object.__setattr__(self, "anti_windup", checks.flag("anti_windup", self.anti_windup))
-        check_gains(self)
+        check_gains(self, "kp_x", "ki_x", "kp_y", "ki_y")
         if self.approach >= np.pi / 2:
             raise InvalidParameter(f"approach is {self.approach!r} rad; give less than pi / 2")
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freeseg.reference import Reference, tracking_error
+from freeseg.reference import Reference, pose_error
 from freeseg.robot import KheperaIV
-from freeseg.trackers.feedback import Law, check_gains, watch
+from freeseg.trackers.feedback import Law, check_gains, forwards_only, watch
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,11 @@ class PurePursuit:
     k_x: float = 2.0
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "k_x")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
+        forwards_only(self, reference, spot=False)
         see = watch(reference, dt)
         arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
         arc_length = np.concatenate([[0.0], arc_length])
@@ -69,7 +70,7 @@ class PurePursuit:
             cos, sin = np.cos(alpha_e), np.sin(alpha_e)
             speed = v_r + self.k_x * (cos * x_e + sin * y_e)
             goal = [np.interp(t, reference.t, goal_x), np.interp(t, reference.t, goal_y), 0.0]
-            forward, left, _ = tracking_error(goal, pose)
+            forward, left, _ = pose_error(goal, pose)
             distance = np.hypot(forward, left)
             # Behind the robot, as if beside it: that arc is the tightest.
             left = np.where(forward < 0, np.copysign(distance, left), left)

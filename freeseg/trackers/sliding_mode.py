@@ -57,7 +57,7 @@ class SlidingMode:
 
     def __post_init__(self):
         checks.choice("switching", self.switching, SWITCHING)
-        check_gains(self)
+        check_gains(self, "k1", "k2")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run.
@@ -112,13 +112,14 @@ def sliding_law(
     Raises
     ------
     InvalidParameter
-        For a reference that never moves forwards.
+        For a reference that never moves from its place.
     """
-    scale = reference.v.max() * length_scale
+    top_speed = np.abs(reference.v).max()
+    scale = top_speed * length_scale
     if not np.all(scale > 0):
         raise InvalidParameter(
-            f"the reference's top speed is {reference.v.max():g} m/s, and gamma is relative to it; "
-            "give a reference that moves"
+            f"the reference's top speed is {top_speed:g} m/s, and gamma is relative to it; give a "
+            "reference that moves"
         )
     see = watch(reference, dt)
 

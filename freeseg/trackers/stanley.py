@@ -6,7 +6,7 @@ import numpy as np
 
 from freeseg.reference import Reference
 from freeseg.robot import KheperaIV
-from freeseg.trackers.feedback import Law, check_gains, watch
+from freeseg.trackers.feedback import Law, check_gains, forwards_only, watch
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,11 @@ class Stanley:
     ahead: float = 0.06
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "k", "k_x")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
+        forwards_only(self, reference)
         see = watch(reference, dt)
         b = self.ahead
 

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.reference import Reference
 from freeseg.robot import KheperaIV
-from freeseg.trackers.feedback import Law, check_gains
+from freeseg.trackers.feedback import NO_EXCESS, Law, check_gains
 from freeseg.trackers.sliding_mode import sliding_law
 
 
@@ -55,32 +56,55 @@ class SuperTwisting:
     floor: float = 0.25
 
     def __post_init__(self):
-        check_gains(self)
+        check_gains(self, "lambda1", "lambda2", "w1", "w2")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
-        twist1 = _super_twist(self.lambda1, self.w1, dt)
-        twist2 = _super_twist(self.lambda2, self.w2, dt)
+        first = _SuperTwist(self.lambda1, self.w1, dt)
+        second = _SuperTwist(self.lambda2, self.w2, dt)
+        unlimited = sliding_law(
+            reference,
+            dt,
+            self.length_scale,
+            self.floor,
+            lambda s1, s2: (first.approach(s1), second.approach(s2)),
+        )
+        sent: ArrayLike = 0.0
 
-        def approach(s1, s2):
-            return twist1(s1), twist2(s2)
+        def law(t, pose):
+            nonlocal sent
+            v, omega = unlimited(t, pose)
+            # The wheels as they follow the commands so far, from rest.
+            target = robot.to_wheels(v, omega)
+            sent = robot.saturate(target, sent, dt)
+            v_sent, omega_sent = robot.to_body(sent)
+            first.hold(v - v_sent)
+            second.hold(omega - omega_sent)
+            return v, omega
 
-        return sliding_law(reference, dt, self.length_scale, self.floor, approach)
+        return law
 
 
-def _super_twist(gain, rate, dt):
+class _SuperTwist:
     """The algorithm for one surface, with its integral z."""
-    z = 0.0
 
-    def twist(s):
-        nonlocal z
+    def __init__(self, gain, rate, dt):
+        self.gain, self.rate, self.dt = gain, rate, dt
+        self.z = self.before = 0.0
+
+    def approach(self, s):
+        """How fast s is to fall; z grows."""
+        gain, rate, dt = self.gain, self.rate, self.dt
         # s', the s after the step, solves s' = s - dt (gain |s'|^(1/2) sign(s') + push) with
         # push = dt rate sign(s'), where sign(0) is what in [-1, 1] makes s' zero.
         push = np.clip(s / dt, -rate * dt, rate * dt)
         left = np.maximum(np.abs(s) - rate * dt * dt, 0)
         root = (np.sqrt(gain * gain * dt * dt + 4 * left) - gain * dt) / 2
-        z = z + push
-        return gain * root * np.sign(s) + push + z
+        self.before, self.z = self.z, self.z + push
+        return gain * root * np.sign(s) + push + self.z
 
-    return twist
+    def hold(self, excess):
+        """Take the last step of z back where a limit kept the command from following it."""
+        pushed = (self.z - self.before) * excess > NO_EXCESS
+        self.z = np.where(pushed, self.before, self.z)

@@ -176,7 +176,7 @@ def grade(submissions, folder=HERE):
 
 def read_submission(file):
     """A notebook as a student's computer wrote it: whatever its byte order mark and line ends."""
-    # Some editors keep the minor version of a file to which they give cell ids: newer ones have them.
+    # Some editors give cells ids and keep the minor version, in which there are none.
     content = json.loads(file.read_text(encoding="utf-8-sig"))
     if content.get("nbformat") == 4:
         content["nbformat_minor"] = max(content.get("nbformat_minor", 0), 5)
