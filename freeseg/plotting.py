@@ -14,8 +14,12 @@ from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import AutoLocator, ScalarFormatter
 
-from freeseg.path import Arc
-from freeseg.plan import StepKind
+from freeseg import checks
+from freeseg.errors import InvalidParameter
+from freeseg.path import Arc, Path
+from freeseg.plan import Plan, Step, StepKind
+from freeseg.segments import FreeSegment
+from freeseg.simulate import Run
 from freeseg.world import Disc, Polygon, check_world
 
 #: The colour of each thing, everywhere; safe for the colour-blind.
@@ -36,6 +40,9 @@ PALETTE = {
 
 #: Of more obstacles than that, numbers hide what they name.
 MOST_NUMBERS = 100
+
+#: More pictures would fill the memory before anybody saw the last one.
+MOST_FRAMES = 10_000
 
 
 def count_in_mm(*axes):
@@ -113,6 +120,23 @@ def map_axes(ax=None):
     return ax
 
 
+def _check_plan(plan):
+    """`plan`, or `InvalidParameter`."""
+    return checks.instance("plan", plan, Plan, "what a planner returned, such as fs.plan's")
+
+
+def _check_run(run, plan=None):
+    """A run of one robot, and of the one planned for; or `InvalidParameter`."""
+    checks.instance("run", run, Run, "what simulate returned")
+    if run.pose.ndim > 2:
+        raise InvalidParameter(f"run is a {run!r}; draw one robot: simulate it alone")
+    if plan is not None and plan.robot != run.robot:
+        raise InvalidParameter(
+            f"run is of the robot {run.robot}, the plan for {plan.robot}; give those of one robot"
+        )
+    return run
+
+
 def _patch(obstacle, **style):
     """One obstacle's shape."""
     if isinstance(obstacle, Disc):
@@ -186,6 +210,7 @@ def plot_segments(segments, ax=None, lengths=False):
     -------
     matplotlib Axes
     """
+    segments = checks.instances("segments", segments, FreeSegment, "FreeSegments")
     ax = map_axes(ax)
     for kind, dashes in (("safe", "-"), ("danger", (0, (3, 2)))):
         some = [segment for segment in segments if segment.safe == (kind == "safe")]
@@ -228,6 +253,7 @@ def plot_path(path, ax=None, color=PALETTE["planned"], **style):
     -------
     matplotlib Axes
     """
+    checks.instance("path", path, Path, "a Path, such as plan.path")
     ax = map_axes(ax)
     ax.plot(*_trace(path), color=color, **({"lw": 2, "zorder": 4} | style))
     return ax
@@ -295,10 +321,11 @@ def plot_plan(world, plan, ax=None):
     -------
     matplotlib Axes
     """
+    _check_plan(plan)
     ax = plot_world(world, ax)
     plot_segments(plan.segments, ax)
-    for number, turn in enumerate(plan.turning_points):
-        plot_circle(turn.center, turn.radius, ax, label=None if number else "dangerous circle")
+    for index, turn in enumerate(plan.turning_points):
+        plot_circle(turn.center, turn.radius, ax, label=None if index else "dangerous circle")
     plot_band(plan.path, plan.robot, ax)
     plot_path(plan.path, ax, label="planned path", lw=3.5)
     return plot_query(plan.path.start, plan.path.end, ax)
@@ -349,6 +376,8 @@ def plot_step(world, plan, step, ax=None):
     -------
     matplotlib Axes
     """
+    _check_plan(plan)
+    checks.instance("step", step, Step, "one of plan.steps")
     ax = plot_world(world, ax)
     plot_segments(plan.segments, ax)
     if step.group:
@@ -357,9 +386,9 @@ def plot_step(world, plan, step, ax=None):
         label = "turn dropped here" if step.kind == StepKind.NEEDLESS_TURN else "blocking obstacle"
         style = {"fill": False, "ec": PALETTE["danger"], "lw": 2.5, "zorder": 2.6, "label": label}
         ax.add_patch(_patch(world.obstacles[step.blocking], **style))
-    number = next((k for k, one in enumerate(plan.steps) if one is step), 0)
-    if number:
-        plot_path(plan.steps[number - 1].path, ax, "0.45", lw=1.5, ls="--", label="path before")
+    place = next((k for k, one in enumerate(plan.steps) if one is step), 0)
+    if place:
+        plot_path(plan.steps[place - 1].path, ax, "0.45", lw=1.5, ls="--", label="path before")
     if step.leg is not None:
         style = {"color": PALETTE["turning"], "lw": 1.2, "ls": ":", "zorder": 3.5}
         ax.plot(*step.leg.T, **style, label="leg searched")
@@ -419,6 +448,7 @@ def plot_tracking(world, plan, run, ax=None):
     -------
     matplotlib Axes
     """
+    _check_run(run, _check_plan(plan))
     ax = plot_world(world, ax)
     plot_path(plan.path, ax, label="planned path", lw=3.5)
     x, y, theta = run.pose
@@ -477,6 +507,8 @@ def plot_errors(run, axes=None):
     -------
     array of 3 matplotlib Axes
     """
+    if _check_run(run).error is None:
+        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
     if axes is None:
         _, axes = plt.subplots(3, 1, figsize=(6, 5), sharex=True, layout="constrained")
     labels = "$x_e$ (mm)", "$y_e$ (mm)", r"$\alpha_e$ (°)"
@@ -504,6 +536,7 @@ def plot_wheels(run, ax=None):
     -------
     matplotlib Axes
     """
+    _check_run(run)
     if ax is None:
         _, ax = plt.subplots(figsize=(6, 3), layout="constrained")
     for speed, side, symbol in zip(run.wheels, ("right", "left"), ("$V_R$", "$V_L$"), strict=True):
@@ -544,6 +577,10 @@ def animate(world, plan, run, ax=None, frames=40):
     matplotlib FuncAnimation
         Keep it, and pass it to `as_gif` to show it.
     """
+    _check_run(run, _check_plan(plan))
+    frames = checks.whole("frames", frames, 1)
+    if frames > MOST_FRAMES:
+        raise InvalidParameter(f"frames is {checks.shown(frames)}; give at most {MOST_FRAMES}")
     ax = plot_plan(world, plan, ax)
     x, y, _ = run.pose
     (trail,) = ax.plot([], [], color=PALETTE["tracked"], lw=1.3, zorder=5, label="tracked")

@@ -6,6 +6,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from threading import current_thread, main_thread
 from traceback import walk_tb
 from typing import Any
 
@@ -27,7 +28,8 @@ def quietly(limit: float = LIMIT) -> Iterator[None]:
     ----------
     limit : float, optional
         Longest time (s). Then `TooLong` is raised in it, and again every
-        second if that is caught. Windows has no such timer, and no limit.
+        second if that is caught. Windows has no such timer, and other threads
+        than the main one cannot have it: there is no limit.
 
     Raises
     ------
@@ -42,7 +44,7 @@ def quietly(limit: float = LIMIT) -> Iterator[None]:
         warnings.simplefilter("ignore")
         for redirect in (redirect_stdout, redirect_stderr):
             stack.enter_context(redirect(io.StringIO()))
-        if hasattr(signal, "setitimer"):
+        if hasattr(signal, "setitimer") and current_thread() is main_thread():
             stack.callback(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, stop))
             signal.setitimer(signal.ITIMER_REAL, limit, 1.0)
             stack.callback(signal.setitimer, signal.ITIMER_REAL, 0)

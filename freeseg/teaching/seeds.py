@@ -2,6 +2,7 @@
 
 import zlib
 
+from freeseg.checks import shown
 from freeseg.errors import InvalidParameter
 
 
@@ -30,5 +31,7 @@ def variant_seed(course: str, student: str) -> int:
     """
     for whose, name in (("course", course), ("student", student)):
         if not isinstance(name, str) or not name.strip():
-            raise InvalidParameter(f'{whose} is {name!r}; give a name in quotes, such as "ada"')
+            raise InvalidParameter(
+                f'{whose} is {shown(name)}; give a name in quotes, such as "ada"'
+            )
     return zlib.crc32("\n".join(name.strip().lower() for name in (course, student)).encode())
