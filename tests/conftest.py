@@ -1,5 +1,6 @@
 """Fixtures, and nbmake made to compare every notebook with what it prints now."""
 
+import matplotlib as mpl
 import nbformat
 import pytest
 from nbmake.nb_result import NotebookError, NotebookResult
@@ -8,6 +9,8 @@ from refresh_notebooks import stale_cell
 
 import freeseg as fs
 
+# Figures of the tests' own process open no windows; kernels have a backend of their own.
+mpl.use("agg")
 _execute = NotebookRun.execute
 
 

@@ -638,7 +638,8 @@ def test_what_goes_wrong_is_put_right_or_reported(tmp_path, capfd):
     assert (course.folder / "build" / "grades.csv").read_text().count("unknown,") == 1
 
 
-def test_feedback_runs_no_code_of_a_student(tmp_path):
+def test_feedback_has_pictures_and_runs_no_code_of_a_student(tmp_path, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "Agg")  # which kernels must not inherit
     name = "ps2_turning_points"
     course = Course(tmp_path, name)
     answer = read(name, course.release())

@@ -39,6 +39,8 @@ COLUMNS = ["set", "student", "score", "max_score", "to_grade_by_hand", "remarks"
 
 # nbgrader runs alembic by its name: it is beside this Python, active environment or not.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+# Kernels that inherit this draw no picture into the notebook.
+os.environ.pop("MPLBACKEND", None)
 # Of SQLAlchemy, at every submission; nbgrader works with it all the same.
 warnings.filterwarnings("ignore", module="nbgrader")
 # What nbgrader logs is captured, not shown between the progress.
