@@ -362,13 +362,20 @@ def grade_by_nbgrader(notebook, name, folder, looping):
     """Points and complaints as `grade_here` gives them, by nbgrader from end to end."""
     course = Course(folder, name)
     course.submit("student", name, solve(read(name, course.release()), notebook))
-    assert course.graded()["student"]["remarks"] == ""
-    return course.points("student", name), course.said("student", name)
+    row, points = course.graded()["student"], course.points("student", name)
+    assert row["remarks"] == ""
+    assert float(row["score"]) == pytest.approx(sum(score for score, _ in points.values()))
+    assert (course.folder / "build" / "feedback" / "student" / name / f"{name}.html").exists()
+    return points, course.said("student", name)
 
 
 #: Both ways of grading; the second takes far longer.
 BOTH_WAYS = pytest.mark.parametrize(
-    "grade", [grade_here, pytest.param(grade_by_nbgrader, marks=pytest.mark.exhaustive)]
+    "grade",
+    [
+        pytest.param(grade_here, id="here"),
+        pytest.param(grade_by_nbgrader, id="nbgrader", marks=pytest.mark.exhaustive),
+    ],
 )
 
 
@@ -392,13 +399,19 @@ def replace_once(notebook, old, new):
     return changed
 
 
-def waits(name):
-    """Answers of a set that wait for the lecturer."""
+def worth_of(source):
+    """Points that every graded cell of a set is worth."""
     return {
-        cell_name
-        for cell_name, cell in nbgrader_cells(read(name)).items()
-        if cell.metadata.nbgrader.grade and cell.metadata.nbgrader.solution
+        cell_name: cell.metadata.nbgrader.points
+        for cell_name, cell in nbgrader_cells(source).items()
+        if cell.metadata.nbgrader.grade
     }
+
+
+def waiting_in(source):
+    """Answers of a set that wait for the lecturer."""
+    cells = nbgrader_cells(source)
+    return {cell for cell in worth_of(source) if cells[cell].metadata.nbgrader.solution}
 
 
 def assert_helpful(said):
@@ -414,7 +427,9 @@ def assert_helpful(said):
 def assert_costs(key, points, said):
     """A mistake loses the tests that it should, and the tests say why."""
     name, *_, tests = MISTAKES[key]
-    assert lost(points) == tests | waits(name)
+    source = read(name)
+    assert {cell: worth for cell, (_, worth) in points.items()} == worth_of(source)
+    assert lost(points) == tests | waiting_in(source)
     # The curve of the last set gives a part of its points; every other test all or none.
     assert all(points[test][0] == 0 for test in tests - {"test-cost-curve"})
     assert sum(points[test][1] - points[test][0] for test in tests) > 0
@@ -434,11 +449,7 @@ def test_a_mistake_costs_its_points(key, grade, tmp_path):
 def test_grading_by_nbgrader(name, tmp_path):
     course = Course(tmp_path, name)
     released, source = read(name, course.release()), read(name)
-    graded = {
-        cell_name: cell.metadata.nbgrader.points
-        for cell_name, cell in nbgrader_cells(source).items()
-        if cell.metadata.nbgrader.grade
-    }
+    worth = sum(worth_of(source).values())
     solutions = [
         cell_name
         for cell_name, cell in nbgrader_cells(source).items()
@@ -457,7 +468,7 @@ def test_grading_by_nbgrader(name, tmp_path):
     assert remarks.pop("untouched").startswith("no id is written in it")
     assert set(remarks.values()) == {""}
     assert float(rows["untouched"]["score"]) == 0
-    assert float(rows["untouched"]["max_score"]) == sum(graded.values())
+    assert float(rows["untouched"]["max_score"]) == worth
     unsolved = read(name, course.folder / "build" / "autograded" / "untouched")
     assert not [
         o for cell in unsolved.cells for o in cell.get("outputs", ()) if o.output_type == "error"
@@ -465,18 +476,17 @@ def test_grading_by_nbgrader(name, tmp_path):
     assert_helpful(course.said("untouched", name))
 
     by_hand = int(rows["reference"]["to_grade_by_hand"])
-    assert by_hand == len(waits(name))
+    assert by_hand == len(waiting_in(source))
     final = rows["reference"]
     if by_hand:
         course.grade_by_hand("reference", name)
         course.grade.report(course.folder)
         final = course.rows()["reference"]
-    assert float(final["score"]) == float(final["max_score"]) == sum(graded.values())
+    assert float(final["score"]) == float(final["max_score"]) == worth
     assert final["to_grade_by_hand"] == "0"
     assert 0 < float(rows["half"]["score"]) < float(rows["reference"]["score"])
 
     points = course.points(key, name)
-    assert {cell_name: worth for cell_name, (_, worth) in points.items()} == graded
     assert_costs(key, points, course.said(key, name))
     assert float(rows[key]["score"]) == pytest.approx(sum(score for score, _ in points.values()))
     for student in rows:

@@ -39,7 +39,7 @@ COLUMNS = ["set", "student", "score", "max_score", "to_grade_by_hand", "remarks"
 
 # nbgrader runs alembic by its name: it is beside this Python, active environment or not.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-# Kernels that inherit this draw no picture into the notebook.
+# Kernels that inherit this, which many CI systems set, draw no picture into the notebook.
 os.environ.pop("MPLBACKEND", None)
 # Of SQLAlchemy, at every submission; nbgrader works with it all the same.
 warnings.filterwarnings("ignore", module="nbgrader")
