@@ -15,6 +15,7 @@ import shutil
 import signal
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from copy import deepcopy
+from threading import Thread
 from unittest.mock import patch
 
 import nbformat
@@ -890,3 +891,13 @@ def test_check_says_what_is_wrong_and_goes_on(capsys):
 
     check(says_nothing, 1)
     assert "has no message" in capsys.readouterr().err
+
+
+def test_check_works_in_another_thread(capsys):
+    def passes(rng):
+        """The title."""
+
+    thread = Thread(target=check, args=(passes, 1))
+    thread.start()
+    thread.join()
+    assert capsys.readouterr() == ("passed: The title.\n", "")
