@@ -5,7 +5,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import matplotlib.pyplot as plt
-from IPython.display import HTML, Markdown
 from matplotlib.animation import PillowWriter
 
 
@@ -25,6 +24,9 @@ def as_gif(animation, dpi=70, alt="animation"):
     -------
     IPython.display.HTML
     """
+    # Imported here: IPython comes with the extra [notebooks] only.
+    from IPython.display import HTML
+
     with TemporaryDirectory() as folder:
         file = Path(folder) / "animation.gif"
         animation.save(file, writer=PillowWriter(fps=10), dpi=dpi)
@@ -47,6 +49,8 @@ def show_table(header, rows):
     -------
     IPython.display.Markdown
     """
+    from IPython.display import Markdown
+
     lines = [header, ["---"] * len(header), *rows]
     return Markdown(
         "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)

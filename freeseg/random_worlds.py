@@ -143,7 +143,7 @@ def random_query(
     ------
     InvalidParameter
         For a seed that is not a whole number from 0 on, a robot that is none,
-        or a margin that is not positive.
+        or a margin that is negative or not finite.
     InvalidWorld
         Where there is hardly any free position.
     """

@@ -117,9 +117,9 @@ class Reference:
         object.__setattr__(self, "shift", checks.not_negative("reference shift", self.shift))
         if self.robot is not None:
             as_robot(self.robot)
-        self._check_rates()
+        self._check_velocities()
 
-    def _check_rates(self):
+    def _check_velocities(self):
         """Raise where the poses contradict the velocities: a law would follow neither."""
         time, (x, y, theta) = np.diff(self.t), np.diff(self.pose)
         middle = (self.pose[2, 1:] + self.pose[2, :-1]) / 2
@@ -144,6 +144,9 @@ class Reference:
                     f"there its poses make {driven[worst] / time[worst]:.6g} {unit}; give the "
                     "velocities of these poses"
                 )
+
+    def __repr__(self) -> str:
+        return f"Reference over {self.duration:.3f} s in {len(self.t)} points"
 
     @property
     def duration(self) -> float:
@@ -245,8 +248,9 @@ def make_reference(
         For a speed or an acceleration that is not positive or beyond what a
         wheel can do; a smoothing without a world, longer than the radius
         of an arc, or that takes the robot's disc into an obstacle; a speed
-        at an end that the path does not allow. It names the place and the
-        limit.
+        at an end that is negative or that the path does not allow: it names
+        the place and the limit. For another robot than the plan's, and for
+        what would take over a million seconds.
 
     Notes
     -----
@@ -276,7 +280,7 @@ def make_reference(
         path = path.path
     checks.instance("path", path, Path, "a Plan, or a Path such as plan.path")
     robot = as_robot(made_for)
-    speed, acceleration = _check_rates(robot, speed, acceleration)
+    speed, acceleration = _check_limits(robot, speed, acceleration)
     ends = [
         checks.not_negative("start_speed", start_speed),
         checks.not_negative("end_speed", end_speed),
@@ -294,10 +298,11 @@ def make_reference(
     most = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
     lengths = np.diff(s) * inside.stretch.mean(1)
     v = _fastest(most, 2 * steepest * lengths, s, ends)
-    return _timed(course, s, lengths, v, shift, made_for)
+    corners = np.empty(0) if width else path.joints
+    return _timed(course, s, lengths, v, corners, shift, made_for)
 
 
-def _check_rates(robot, speed, acceleration):
+def _check_limits(robot, speed, acceleration):
     """Speed and acceleration as floats; `InvalidParameter` unless the wheels can do them."""
     speed = checks.positive("speed", speed)
     acceleration = checks.positive("acceleration", acceleration)
@@ -416,7 +421,7 @@ def _fastest(most, climb, s, ends):
     return np.sqrt(np.minimum(forwards, backwards))
 
 
-def _timed(course, s, lengths, v, shift, robot):
+def _timed(course, s, lengths, v, corners, shift, robot):
     """The reference along a course, whose v^2 is linear between the nodes.
 
     Parameters
@@ -429,6 +434,8 @@ def _timed(course, s, lengths, v, shift, robot):
         Length of the curve from node to node (m).
     v : ndarray, shape (n,)
         Speed at the nodes (m/s).
+    corners : ndarray, shape (k,)
+        Where the curvature jumps (m).
     shift : float
         How far the course is from the path at most (m).
     robot : KheperaIV or None
@@ -446,6 +453,11 @@ def _timed(course, s, lengths, v, shift, robot):
             f"speed and acceleration, for at most {LONGEST_DURATION:g} s"
         )
     t = np.linspace(0, times[-1], int(min(np.ceil(times[-1] / GRID) + 1, MOST_POINTS)))
+    # A piece between two points of the grid would turn the robot unseen.
+    jumps = np.interp(corners, s, times)
+    slots = np.searchsorted(t, jumps)
+    hidden = slots[1:] == slots[:-1]
+    t = np.union1d(t, [*jumps[:-1][hidden], *jumps[1:][hidden]]) if hidden.any() else t
     interval = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(lengths) - 1)
     v_dot = (np.diff(v**2) / (2 * lengths))[interval]
     since = t - times[interval]

@@ -81,7 +81,7 @@ def free_segments(
     Raises
     ------
     InvalidQuery, InvalidParameter
-        For a world or a robot that is none, a margin that is not positive,
+        For a world or a robot that is none, a margin that is negative or not finite,
         or neighbours that are not known.
 
     Examples

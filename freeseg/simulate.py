@@ -120,7 +120,9 @@ def simulate(
         positive, is longer than the reference, or makes over 10 million
         steps; an offset of another shape or not finite; what is no
         disturbance or no seed, or a delay that is not a whole number of
-        time steps.
+        time steps; a robot that is not the reference's; a settling time that
+        is negative, or a tolerance that is not positive; from the loop, what
+        the law returns that is no command, with its time.
 
     Notes
     -----
@@ -155,10 +157,10 @@ def simulate(
     offset = checks.array("initial_offset", initial_offset, *POSES, unit=POSE_UNITS)
     disturbance, seed = as_disturbance(disturbance), checks.seed(seed)
     disturbance.delayed_steps(dt)
-    settle, tolerance = (
-        checks.not_negative("settle", settle),
-        checks.positive("tolerance", tolerance),
-    )
+    settle = checks.not_negative("settle", settle)
+    tolerance = checks.positive("tolerance", tolerance)
+    if (reference.duration + settle) / dt > MOST_STEPS:
+        raise InvalidParameter(f"settle is {settle:g} s; give less, for {MOST_STEPS:g} steps")
     steps = len(reference.steps(dt)) - 1
     goal = np.expand_dims(reference.pose[:2, -1], tuple(range(1, offset.ndim)))
     arrived = _arrival(goal, dt * (steps - 0.5), tolerance) if settle else None
@@ -200,7 +202,8 @@ def drive(
         As for `simulate`.
     stop : callable, optional
         ``stop(t, pose)``, asked at every time step but the first with the time
-        (s) and the true pose, whether the run ends there.
+        (s) and the true pose, whether the run ends there; of a batch, it ends
+        where that holds for all robots.
 
     Returns
     -------
@@ -212,14 +215,17 @@ def drive(
     ------
     InvalidParameter
         For a pose of another shape or not finite, a time step that is not
-        positive, no or over 10 million steps, what is no robot, no
+        positive, no or over 10 million steps, what is no law, no robot, no
         disturbance or no seed, or a delay that is not a whole number of time
-        steps.
+        steps; from the loop, what the law returns that is no command, with
+        its time.
     """
     robot, disturbance = as_robot(robot), as_disturbance(disturbance)
     dt, steps = checks.positive("dt", dt), checks.whole("steps", steps, 1)
     if steps > MOST_STEPS:
         raise InvalidParameter(f"steps is {checks.shown(steps)}; give at most {MOST_STEPS:g}")
+    if stop is not None and not callable(stop):
+        raise InvalidParameter(f"stop is {checks.shown(stop)}; give stop(t, pose) -> bool, or None")
     if not callable(law):
         raise InvalidParameter(f"law is {checks.shown(law)}; give law(t, pose) -> (v, omega)")
     first, seed = checks.array("pose", pose, *POSES, unit=POSE_UNITS), checks.seed(seed)
@@ -236,7 +242,7 @@ def drive(
     for step, (noise, rolled) in enumerate(disturbance.samples(batch, steps + 1, dt, seed)):
         if disturbance.noisy:
             measured[step] = poses[step] + noise
-        if step == steps or (stop and step and stop(t[step], poses[step].copy())):
+        if step == steps or (stop and step and np.all(stop(t[step], poses[step].copy()))):
             break
         asked[step], wheels[step] = motors.follow(_ask(law, t[step], measured[step], robot))
         poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)

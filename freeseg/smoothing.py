@@ -12,7 +12,7 @@ from freeseg.geometry import wrap_angle
 from freeseg.path import Arc, Line, Path
 
 
-class Course(NamedTuple):
+class Curve(NamedTuple):
     """Where a curve is at parameters s, and how it changes there; shapes (...).
 
     Position x, y (m) and heading theta (rad); stretch, the length of the curve
@@ -27,7 +27,7 @@ class Course(NamedTuple):
     curvature_rate: np.ndarray
 
 
-def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Course]:
+def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Curve]:
     """A path, averaged over a window that slides along it.
 
     The average of the position has a box filter's tangent and so, but for
@@ -47,7 +47,7 @@ def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Course]:
     Returns
     -------
     callable
-        ``course(s) -> Course``, for arc lengths s of the path (m), which the
+        ``course(s) -> Curve``, for arc lengths s of the path (m), which the
         window is centred on.
 
     Raises
@@ -65,12 +65,13 @@ def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Course]:
     """
     if not width:
         return _unsmoothed(path)
-    for begin, piece in zip(path.joints, path.pieces, strict=False):
-        if width * abs(piece.curvature) > 1:
-            raise InvalidParameter(
-                f"smoothing is {width:g} m, longer than the radius {1 / abs(piece.curvature):g} m "
-                f"of the arc that begins at {begin:.4f} m; give at most that"
-            )
+    tightest = int(np.argmax([abs(piece.curvature) for piece in path.pieces]))
+    bend = abs(path.pieces[tightest].curvature)
+    if width * bend > 1:
+        raise InvalidParameter(
+            f"smoothing is over a window of {width:g} m, longer than the radius {1 / bend:g} m of "
+            f"the arc that begins at {path.joints[tightest]:.4f} m; give at most that"
+        )
     longer = _continued(path)
 
     def course(s):
@@ -89,7 +90,7 @@ def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Course]:
         bend = (first[0] * second[1] - first[1] * second[0]) / stretch**3
         rate = (first[0] * third[1] - first[1] * third[0]) / stretch**3
         rate -= 3 * bend * (first * second).sum(0) / stretch**2
-        return Course(x, y, theta, stretch, bend, rate / stretch)
+        return Curve(x, y, theta, stretch, bend, rate / stretch)
 
     return course
 
@@ -99,7 +100,7 @@ def _unsmoothed(path):
 
     def course(s):
         x, y, theta, curvature = path.at(s)
-        return Course(x, y, theta, np.ones_like(x), curvature, np.zeros_like(x))
+        return Curve(x, y, theta, np.ones_like(x), curvature, np.zeros_like(x))
 
     return course
 

@@ -309,7 +309,9 @@ def test_discs_out_of_reach_change_nothing(references):
 @pytest.mark.parametrize("solver", ["piqp", "qrqp"])
 def test_a_failed_solve_raises_with_time_and_status(references, robot, solver):
     tracker = fs.Mpc(solver=solver, iterations=1)
-    with pytest.raises(fs.SolverFailed, match=rf"{solver} found no command at 0\.000 s") as caught:
+    with pytest.raises(
+        fs.SolverFailed, match=rf"{solver}( and piqp)? found no command at 0\.000 s"
+    ) as caught:
         fs.simulate(tracker, references["15a"], robot, initial_offset=OFFSET)
     assert caught.value.time == 0
     assert "iterations" in caught.value.status

@@ -140,3 +140,13 @@ def test_direct_dependencies_are_pinned_and_explained(name):
 def test_only_direct_dependencies_are_explained():
     explained = {line.split("==")[0] for line in requirement_lines() if "#" in line}
     assert explained == set(DIRECT)
+
+
+def test_without_extras_all_but_what_needs_them_works(tmp_path):
+    # As installed without extras: neither IPython nor joblib can be imported.
+    code = (
+        "import sys, pydoc; sys.modules['IPython'] = sys.modules['joblib'] = None\n"
+        "import freeseg as fs; from freeseg import *; pydoc.render_doc(fs)\n"
+        "fs.studies.planning.compare_rules([1])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

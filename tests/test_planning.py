@@ -1,7 +1,9 @@
 import numpy as np
+import pytest
 import shapely
 from numpy.testing import assert_array_equal
 
+import freeseg as fs
 from freeseg.studies import planning
 
 
@@ -43,3 +45,11 @@ def test_rules_are_compared_with_the_optimum(robot):
 
 def test_cores_do_not_matter():
     assert planning.compare_rules(range(6), jobs=2) == planning.compare_rules(range(6))
+
+
+def test_rules_that_solve_nothing_have_no_ratios():
+    rows = {row["rule"]: row for row in planning.compare_rules([3])}
+    assert rows["literal"]["solved"] == 0
+    assert np.isnan(rows["literal"]["max_ratio"])
+    with pytest.raises(fs.InvalidParameter, match="seeds is"):
+        planning.compare_rules([])

@@ -770,3 +770,20 @@ def test_a_batch_goes_on_until_the_last_has_arrived(short, robot):
 def test_settling_that_makes_no_sense(reference, wrong):
     with pytest.raises(fs.InvalidParameter, match=f"{next(iter(wrong))} is"):
         fs.simulate(fs.Pid(), reference, **wrong)
+
+
+def test_an_arc_shorter_than_a_step_of_the_grid_is_driven():
+    for sweep in (1e-5, 3e-4, 1e-3):
+        arc = Arc((0.5, 0.0729), 0.0729, -np.pi / 2, sweep)
+        x, y, theta = arc.at(arc.length)
+        line = Line((x, y), (x + 0.5 * np.cos(theta), y + 0.5 * np.sin(theta)))
+        reference = fs.make_reference(fs.Path([Line((0, 0), (0.5, 0)), arc, line]))
+        assert reference.pose[2, -1] == pytest.approx(sweep)
+
+
+def test_what_cannot_end_or_settle_is_refused(short):
+    for settle in (1e308, 1e6):
+        with pytest.raises(fs.InvalidParameter, match="settle is"):
+            fs.simulate(fs.Pid(), short, settle=settle)
+    with pytest.raises(fs.InvalidParameter, match="stop is"):
+        fs.drive(lambda t, pose: (0, 0), (0, 0, 0), 0.05, 3, stop=True)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from freeseg.errors import Trapped
+from freeseg.checks import shown
+from freeseg.errors import InvalidParameter, Trapped
 from freeseg.plan import Plan, Planner
 from freeseg.robot import KheperaIV
 from freeseg.segments import MARGIN
@@ -33,6 +34,9 @@ def with_fallback(first: Planner, second: Planner) -> Planner:
     >>> planner(fs.load_table(5), (0, 0), (0.8, 0.5)).steps[-1].kind.value
     'rooms'
     """
+    for name, given in (("first", first), ("second", second)):
+        if not callable(given):
+            raise InvalidParameter(f"{name} is {shown(given)}; give a planner, such as fs.plan")
 
     def planner(
         world: World,

@@ -64,7 +64,7 @@ def plan(
         For a start or goal that is not two finite numbers, is closer than
         R_r to an obstacle, or if both are the same point.
     InvalidParameter
-        For a robot that is none, or a margin that is not positive.
+        For a robot that is none, or a margin that is negative or not finite.
     NoPath
         Where it is proved that no path keeps the margin.
     Trapped

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from freeseg.errors import InvalidWorld, NoPath, Trapped
+from freeseg.checks import shown
+from freeseg.errors import InvalidParameter, InvalidWorld, NoPath, Trapped
 from freeseg.plan import Planner
 from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path
 from freeseg.random_worlds import random_query, random_world
@@ -98,6 +99,8 @@ def compare_rules(seeds: Iterable[int], jobs: int = 1) -> list[dict[str, Any]]:
         ``min_clearance_m``.
     """
     results = list(run(try_rules, seeds, jobs))
+    if not results:
+        raise InvalidParameter(f"seeds is {shown(seeds)}; give one or more")
     optimum = np.array([found["exact"][0] for found in results])
     straight = np.array([found["straight"][0] for found in results])
     solvable, rows = np.isfinite(optimum), []
@@ -113,11 +116,16 @@ def compare_rules(seeds: Iterable[int], jobs: int = 1) -> list[dict[str, Any]]:
                 "straight": int((optimum <= straight * (1 + 1e-9)).sum()),
                 "solved": len(ratio),
                 "tighter": int((found & ~solvable).sum()),
-                "median_ratio": float(np.median(ratio)),
-                "p95_ratio": float(np.quantile(ratio, 0.95)),
-                "max_ratio": float(ratio.max()),
-                "optimal": float((ratio <= 1.001).mean()),
-                "min_clearance_m": float(np.nanmin(clearance)),
+                "median_ratio": _or_nan(np.median, ratio),
+                "p95_ratio": _or_nan(np.quantile, ratio, 0.95),
+                "max_ratio": _or_nan(np.max, ratio),
+                "optimal": _or_nan(np.mean, ratio <= 1.001),
+                "min_clearance_m": _or_nan(np.min, clearance[found]),
             }
         )
     return rows
+
+
+def _or_nan(number, values, *more):
+    """A number of some values; NaN where there is none."""
+    return float(number(values, *more)) if len(values) else math.nan

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
-Case = TypeVar("Case")
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def run(
-    function: Callable[[Case], Result], cases: Iterable[Case], jobs: int = 1
+    function: Callable[[Item], Result], cases: Iterable[Item], jobs: int = 1
 ) -> Iterator[Result]:
     """Results of a function for many cases, as they come.
 
@@ -26,7 +26,10 @@ def run(
     object
         Results, in the order of the cases.
     """
-    # Imported here: few need many cores.
+    if jobs == 1:
+        yield from map(function, cases)
+        return
+    # Imported here: few need many cores, and it comes with the extra [study] only.
     from joblib import Parallel, delayed
 
     yield from Parallel(jobs, return_as="generator")(delayed(function)(case) for case in cases)

@@ -11,6 +11,7 @@ import numpy as np
 
 from freeseg import metrics
 from freeseg.disturbance import Disturbance
+from freeseg.geometry import read_only
 from freeseg.reference import SPEED
 from freeseg.simulate import Run, simulate
 from freeseg.studies.courses import DT, HELD_OUT, Course, held_out_courses, spread_offsets
@@ -74,7 +75,7 @@ def drive_course(
     runs = [run(offset, (seed, k)) for k, offset in enumerate(offsets.T)]
     names = ("pose", "error", "wheels", "measured", "asked")
     stacked: dict[str, Any] = {
-        name: np.stack([getattr(one, name) for one in runs], 1) for name in names
+        name: read_only(np.stack([getattr(one, name) for one in runs], 1)) for name in names
     }
     return replace(runs[0], **stacked)
 

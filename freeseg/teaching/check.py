@@ -79,7 +79,7 @@ def check(test: Callable[[np.random.Generator], None], *seeds: int, limit: float
             with quietly(limit):
                 test(np.random.default_rng(seed))
         except AssertionError as error:
-            found = str(error) or "an assert of your own failed, and has no message"
+            found = str(error) or "an assert failed, and has no message"
         except Exception as error:
             found = f"your code raised {type(error).__name__}: {error}{_place(error, test)}"
             if "NoneType" in str(error):
@@ -96,7 +96,9 @@ def _place(error: Exception, test: Any) -> str:
     frames = [
         (frame.f_code.co_name, line)
         for frame, line in walk_tb(error.__traceback__)
-        if frame.f_globals is test.__globals__
+        if frame.f_globals is getattr(test, "__globals__", None)
     ]
+    if not frames:
+        return ""
     name, line = frames[-1]
     return "" if name == test.__name__ else f" (in {name}, line {line} of its cell)"

@@ -30,10 +30,13 @@ class FeedbackLinearisation:
     ahead : float
         Distance b of B ahead of the axle (m).
 
+    Zero switches the term off of k1 and k2.
+
     Raises
     ------
     InvalidParameter
-        For a gain that is not positive and finite.
+        For a gain that is negative or not finite, or zero where zero makes no
+        sense.
 
     Notes
     -----

@@ -51,10 +51,12 @@ class Fuzzy:
     omega_range : float
         Change of turn rate (rad/s) that is "big".
 
+    Zero switches the term off of v_range and omega_range.
+
     Raises
     ------
     InvalidParameter
-        For a range that is not positive and finite.
+        For a range that is negative or not finite, or zero where that makes no sense.
 
     Notes
     -----

@@ -31,10 +31,13 @@ class Kanayama:
     k_alpha : float
         Gain of sin(alpha_e) (1/m).
 
+    Zero switches the term off of any of the three.
+
     Raises
     ------
     InvalidParameter
-        For a gain that is not positive and finite.
+        For a gain that is negative or not finite, or zero where zero makes no
+        sense.
 
     Notes
     -----

@@ -39,6 +39,8 @@ class Lqr:
     q_alpha : float
         Weight of alpha_e, relative to that of u_2 (1/s^2).
 
+    Zero switches the term off of q_x and q_y.
+
     Raises
     ------
     InvalidParameter

@@ -33,6 +33,9 @@ SOLVERS = {
 #: Programmes at the first step, where there is no prediction to linearise about.
 FIRST_PROGRAMMES = 5
 
+#: Longer programmes take longer than any time step.
+LONGEST_HORIZON = 1000
+
 #: Beside a larger weight, the others would be lost in round-off.
 LARGEST_WEIGHT = 1e6
 
@@ -134,6 +137,8 @@ class Mpc:
                 )
         for name in ("horizon", "nearest", "iterations"):
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1))
+        if self.horizon > LONGEST_HORIZON:
+            raise InvalidParameter(f"horizon is {self.horizon}; give at most {LONGEST_HORIZON}")
         if self.obstacles is not None:
             checks.instance("obstacles", self.obstacles, World, "a World of discs")
             for index, obstacle in enumerate(self.obstacles, 1):
@@ -188,7 +193,7 @@ class Mpc:
             programme.set_state(pose, wheels)
             status = programme.solve()
             if not programme.solved:
-                message = f"{programme.solver} found no command at {t:.3f} s: {status}"
+                message = f"{programme.asked} found no command at {t:.3f} s: {status}"
                 if self.on_failure == "raise":
                     remedy = "allow more iterations, choose another solver, or brake with"
                     raise SolverFailed(f"{message}; {remedy} on_failure='brake'", t, status)
@@ -261,8 +266,11 @@ class _Programme:
         Standing still is a plan, so there is one: where the solver finds none, the
         same programme is solved again from there, by an interior-point method.
         """
+        was_cold, self.asked = not self.solved, self.solver
         status = self._solve(self.optimise)
-        if not self.solved:
+        # The rescue from a standstill, unless it is just what has failed.
+        if not self.solved and not (was_cold and self.solver == RESCUE):
+            self.asked = " and ".join(dict.fromkeys([self.solver, RESCUE]))
             status = self._solve(self.rescue)
             # Those of an interior-point method mislead one that looks for active bounds.
             self.lam_x[:] = self.lam_a[:] = 0

@@ -31,10 +31,13 @@ class PurePursuit:
     k_x : float
         Gain of the distance along the path (1/s).
 
+    Zero switches the term off of k_x.
+
     Raises
     ------
     InvalidParameter
-        For a gain that is not positive and finite.
+        For a gain that is negative or not finite, or zero where zero makes no
+        sense.
 
     Notes
     -----

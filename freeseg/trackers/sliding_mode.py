@@ -41,10 +41,13 @@ class SlidingMode:
         Least value of the denominator 1 + x_e dgamma/dy_e of w, which
         vanishes where the law is singular.
 
+    Zero switches the term off of k1 and k2.
+
     Raises
     ------
     InvalidParameter
-        For a gain that is not positive and finite, or another switching.
+        For a gain that is negative or not finite, or zero where zero makes no
+        sense, or another switching.
     """
 
     k1: float = 0.4

@@ -34,10 +34,13 @@ class Stanley:
     ahead : float
         Distance b of the wheel ahead of the axle (m).
 
+    Zero switches the term off of k and k_x.
+
     Raises
     ------
     InvalidParameter
-        For a gain that is not positive and finite.
+        For a gain that is negative or not finite, or zero where zero makes no
+        sense.
 
     Notes
     -----

@@ -30,6 +30,8 @@ class SuperTwisting:
     length_scale, floor : float
         See `SlidingMode`.
 
+    Zero switches the term off of lambda1, lambda2, w1 and w2.
+
     Raises
     ------
     InvalidParameter

@@ -10,6 +10,7 @@ read from its grade book, and what it would trust in a submission is put right b
 """
 
 import argparse
+import ast
 import atexit
 import csv
 import dis
@@ -27,6 +28,7 @@ from tempfile import TemporaryDirectory
 from uuid import uuid4
 
 import nbformat
+from IPython.core.inputtransformer2 import TransformerManager
 from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.converters import Autograde, GenerateAssignment, GenerateFeedback
 from nbgrader.coursedir import CourseDirectory
@@ -75,7 +77,7 @@ def _plain(folder):
 
 def _alias(student):
     """A student's name as nbgrader can have it: what is special in a pattern or URL as =hex."""
-    return re.sub(r"[^\w .-]|^[ .]|[ .]$", lambda found: f"={ord(found[0]):x}=", student)
+    return re.sub(r"[^\w ',.-]|^[ .]|[ .]$", lambda found: f"={ord(found[0]):x}=", student)
 
 
 def open_book(course):
@@ -154,7 +156,7 @@ def grade(submissions, folder=HERE):
             submitted = read_submission(file)
             restored, changes = restore(submitted, released[name])
         except Exception as error:  # whatever a broken file makes nbformat raise
-            notes.append(f"not graded: does not open ({type(error).__name__}: {str(error)[:200]})")
+            notes.append(f"not graded: cannot be read ({type(error).__name__}: {str(error)[:200]})")
             _forget(course, name, student)
             continue
         notes += changes
@@ -281,8 +283,11 @@ def _is_given(cell):
 
 def _names(cell):
     """Names that a code cell gives a value to, outside of functions."""
+    source = cell.source if cell.cell_type == "code" else ""
     try:
-        code = compile(cell.source if cell.cell_type == "code" else "", "", "exec")
+        # With what only a notebook understands: magics, shell commands, await outside of functions.
+        python = TransformerManager().transform_cell(source)
+        code = compile(python, "", "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
     except (SyntaxError, ValueError):  # it does not run either
         return set()
     return {step.argval for step in dis.get_instructions(code) if step.opname == "STORE_NAME"}
