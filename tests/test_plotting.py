@@ -417,3 +417,23 @@ def test_palette_names_its_colours():
     assert {"robot", "planned", "tracked", "safe", "danger", "turning"} <= set(PALETTE)
     assert all(mpl.colors.is_color_like(color) for color in PALETTE.values())
     assert len(set(PALETTE.values())) == len(PALETTE)
+
+
+def test_two_robots_in_one_picture_are_refused(world, plan, robot):
+    small = fs.KheperaIV(diameter=0.1)
+    other = fs.simulate(fs.SlidingMode(), fs.make_reference(plan.path, small))
+    for draw in (fs.plotting.plot_tracking, fs.plotting.animate):
+        with pytest.raises(fs.InvalidParameter, match="give those of one robot"):
+            draw(world, plan, other)
+
+
+def test_a_batch_is_not_drawn(world, plan):
+    reference = fs.make_reference(plan)
+    batch = fs.simulate(fs.SlidingMode(), reference, initial_offset=np.zeros((3, 2)))
+    for draw in (
+        lambda: fs.plotting.plot_tracking(world, plan, batch),
+        lambda: fs.plotting.plot_errors(batch),
+        lambda: fs.plotting.plot_wheels(batch),
+    ):
+        with pytest.raises(fs.InvalidParameter, match="draw one robot"):
+            draw()

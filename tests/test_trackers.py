@@ -582,3 +582,16 @@ def test_a_law_turns_on_the_spot_or_says_that_it_cannot(tracker, turning, robot)
     run = fs.simulate(tracker(), turning, robot, DT, (0, 0.005, np.radians(3)))
     assert np.hypot(*run.error[:2, -1]) < 0.005
     assert np.hypot(*run.error[:2]).max() < 0.03
+
+
+def test_the_super_twisting_integrals_stand_still_at_a_limit(robot):
+    # 0.3 m behind, the wheels are at their limit for a second; the integral would grow all along.
+    slow = fs.KheperaIV(max_wheel_rate=6)
+    law, free = (fs.SuperTwisting(w1=0.5).start(LINE, one, DT) for one in (slow, robot))
+    for step in range(40):
+        pose = pose_with((0.3, 0, 0), LINE.at(step * DT).pose)
+        limited, unlimited = law(step * DT, pose)[0], free(step * DT, pose)[0]
+    assert unlimited - limited > 0.5
+    # Once in front, the one goes back at once and the other still pushes on.
+    ahead = pose_with((-0.01, 0, 0), LINE.at(2.0).pose)
+    assert law(2.0, ahead)[0] < 0.1 < free(2.0, ahead)[0]

@@ -787,3 +787,19 @@ def test_what_cannot_end_or_settle_is_refused(short):
             fs.simulate(fs.Pid(), short, settle=settle)
     with pytest.raises(fs.InvalidParameter, match="stop is"):
         fs.drive(lambda t, pose: (0, 0), (0, 0, 0), 0.05, 3, stop=True)
+
+
+def test_the_sliding_mode_returns_from_where_its_docstring_says():
+    straight = fs.make_reference(fs.Path([Line((0, 0), (4, 0))]))
+    rng = np.random.default_rng(0)
+    offsets = rng.uniform([[-0.5], [-0.5], [-np.pi]], [[0.5], [0.5], [np.pi]], (3, 4000))
+
+    def lost(tracker):
+        run = fs.simulate(tracker, straight, initial_offset=offsets)
+        return np.hypot(*run.error[:2, :, -1]) > 0.05
+
+    away = lost(fs.SlidingMode())
+    assert 0.01 < away.mean() < 0.05
+    assert np.hypot(*offsets[:2, away]).min() > 0.35
+    assert offsets[0, away].min() > 0
+    assert not lost(fs.SlidingMode(k2=1)).any()

@@ -30,20 +30,19 @@ class FeedbackLinearisation:
     ahead : float
         Distance b of B ahead of the axle (m).
 
-    Zero switches the term off of k1 and k2.
-
     Raises
     ------
     InvalidParameter
-        For a gain that is negative or not finite, or zero where zero makes no
-        sense.
+        For a gain that is negative, not finite or zero, but for k1 and k2,
+        where zero switches a term off.
 
     Notes
     -----
     The input-output linearisation (11.75) of B. Siciliano, L. Sciavicco,
     L. Villani, G. Oriolo, "Robotics: Modelling, Planning and Control", 2009.
     There k1 and k2 act along the world's axes, here along the robot's, so
-    that the law does not depend on where north is.
+    that the law does not depend on where north is. A robot on its path that
+    looks backwards, alpha_e = pi, gets no turn, and stays so.
     """
 
     k1: float = 2.0

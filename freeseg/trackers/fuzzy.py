@@ -51,12 +51,11 @@ class Fuzzy:
     omega_range : float
         Change of turn rate (rad/s) that is "big".
 
-    Zero switches the term off of v_range and omega_range.
-
     Raises
     ------
     InvalidParameter
-        For a range that is negative or not finite, or zero where that makes no sense.
+        For a range that is negative, not finite or zero, but for v_range and
+        omega_range, where zero switches a term off.
 
     Notes
     -----
@@ -67,6 +66,9 @@ class Fuzzy:
     to modeling and control", IEEE Transactions on Systems, Man, and
     Cybernetics 15, 1985. A controller after Mamdani with product inference,
     summed consequents of equal area and their centroid computes the same.
+
+    In two corners of the table, where y_e is big and alpha_e big the other
+    way, the rules cancel: a robot that looks backwards there does not turn.
     """
 
     x_range: float = 0.1

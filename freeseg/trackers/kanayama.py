@@ -31,13 +31,10 @@ class Kanayama:
     k_alpha : float
         Gain of sin(alpha_e) (1/m).
 
-    Zero switches the term off of any of the three.
-
     Raises
     ------
     InvalidParameter
-        For a gain that is negative or not finite, or zero where zero makes no
-        sense.
+        For a gain that is negative or not finite. Zero switches a term off.
 
     Notes
     -----

@@ -39,13 +39,12 @@ class Lqr:
     q_alpha : float
         Weight of alpha_e, relative to that of u_2 (1/s^2).
 
-    Zero switches the term off of q_x and q_y.
-
     Raises
     ------
     InvalidParameter
-        For a weight, or a time step of a run, that is not positive and
-        finite.
+        For a weight that is negative, not finite or zero, but for q_x and
+        q_y, where zero switches a term off; for a time step of a run that is
+        not positive.
 
     Notes
     -----

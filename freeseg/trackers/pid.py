@@ -45,14 +45,12 @@ class Pid:
         Whether an integral stops where it would only push further against a
         limit, of the wheels or of `approach`.
 
-    Zero switches the term off of kp_x, ki_x, kp_y and ki_y.
-
     Raises
     ------
     InvalidParameter
-        For a gain that is negative or not finite, or zero where zero makes no
-        sense, an angle that is not
-        below pi / 2, or an `anti_windup` that is no bool.
+        For a gain that is negative, not finite or zero, but for kp_x, ki_x,
+        kp_y and ki_y, where zero switches a term off; for an angle that is
+        not below pi / 2, or an `anti_windup` that is no bool.
 
     Notes
     -----

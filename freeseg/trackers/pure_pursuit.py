@@ -31,13 +31,11 @@ class PurePursuit:
     k_x : float
         Gain of the distance along the path (1/s).
 
-    Zero switches the term off of k_x.
-
     Raises
     ------
     InvalidParameter
-        For a gain that is negative or not finite, or zero where zero makes no
-        sense.
+        For a gain that is negative, not finite or zero, but for k_x, where
+        zero switches a term off.
 
     Notes
     -----

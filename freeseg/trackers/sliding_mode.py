@@ -20,7 +20,12 @@ class SlidingMode:
     """Gains of the sliding-mode law, equations (7) to (13).
 
     The paper publishes none of them: every default is an assumption. With
-    these, disturbed robots hardly ever touch an obstacle (notebook 09).
+    these, disturbed robots hardly ever touch an obstacle (notebook 09). But
+    they do not bring a robot back from everywhere. At steps of 50 ms, beside
+    a reference that drives straight on at 0.1 m/s, all of 4000 random starts
+    within 0.35 m came back, whatever their heading; within 0.5 m along and
+    across, some 3 % never did, all of them ahead of the reference. With
+    k2 = 1 rad/s, all came back.
 
     Parameters
     ----------
@@ -41,13 +46,11 @@ class SlidingMode:
         Least value of the denominator 1 + x_e dgamma/dy_e of w, which
         vanishes where the law is singular.
 
-    Zero switches the term off of k1 and k2.
-
     Raises
     ------
     InvalidParameter
-        For a gain that is negative or not finite, or zero where zero makes no
-        sense, or another switching.
+        For a gain that is negative, not finite or zero, but for k1 and k2,
+        where zero switches a term off; for another switching.
     """
 
     k1: float = 0.4

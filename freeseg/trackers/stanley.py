@@ -34,13 +34,11 @@ class Stanley:
     ahead : float
         Distance b of the wheel ahead of the axle (m).
 
-    Zero switches the term off of k and k_x.
-
     Raises
     ------
     InvalidParameter
-        For a gain that is negative or not finite, or zero where zero makes no
-        sense.
+        For a gain that is negative, not finite or zero, but for k and k_x,
+        where zero switches a term off.
 
     Notes
     -----
@@ -49,7 +47,8 @@ class Stanley:
     2007: the kinematic steering law with its softening constant; what is
     there for tyres and for the servo's lag has no counterpart here. A robot
     that backs up does not turn, for backwards the law steers away from the
-    path, and backs up no further than brings it nearer along the path.
+    path, and backs up no further than brings it nearer along the path. One
+    that looks backwards, alpha_e = pi, on its path does not turn either.
     """
 
     k: float = 2.0

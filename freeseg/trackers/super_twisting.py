@@ -30,13 +30,12 @@ class SuperTwisting:
     length_scale, floor : float
         See `SlidingMode`.
 
-    Zero switches the term off of lambda1, lambda2, w1 and w2.
-
     Raises
     ------
     InvalidParameter
-        For a gain, or a time step of a run, that is not positive and
-        finite.
+        For a gain that is negative, not finite or zero, but for lambda1,
+        lambda2, w1 and w2, where zero switches a term off; for a time step of
+        a run that is not positive.
 
     Notes
     -----
@@ -61,7 +60,23 @@ class SuperTwisting:
         check_gains(self, "lambda1", "lambda2", "w1", "w2")
 
     def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run.
+
+        Parameters
+        ----------
+        reference : Reference
+            What to follow.
+        robot : KheperaIV
+            Robot; its limits stop the integrals. They are reckoned without
+            delay and lag.
+        dt : float
+            Time for which each command is held (s), positive.
+
+        Returns
+        -------
+        Law
+            To be called once for each time step, in their order.
+        """
         dt = checks.positive("dt", dt)
         first = _SuperTwist(self.lambda1, self.w1, dt)
         second = _SuperTwist(self.lambda2, self.w2, dt)
