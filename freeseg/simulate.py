@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -244,7 +245,9 @@ def drive(
             measured[step] = poses[step] + noise
         if step == steps or (stop and step and np.all(stop(t[step], poses[step].copy()))):
             break
-        asked[step], wheels[step] = motors.follow(_ask(law, t[step], measured[step], robot))
+        target, wheels[step] = motors.follow(_ask(law, t[step], measured[step], robot))
+        if asked is not wheels:
+            asked[step] = target
         poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)
     t, poses, measured, wheels, asked = (
         signal[: step + 1] for signal in (t, poses, measured, wheels, asked)
@@ -269,8 +272,11 @@ def _ask(law, t, pose, robot):
         # Of a batch, all robots may get one command; it is cheaper to try than to compare shapes.
         command = wheels.reshape(2, -1) if pose.ndim > 1 and wheels.ndim == 1 else wheels
         known = command.dtype.kind == "f" and command.shape[1:] in (pose.shape[1:], (1,))
-        if known and command.ndim == pose.ndim and np.isfinite(command).all():
-            return command
+        if known and command.ndim == pose.ndim:
+            # NumPy's calls cost more than a step of one robot has to spare.
+            one = pose.ndim == 1
+            if all(map(isfinite, command.tolist())) if one else np.isfinite(command).all():
+                return command
     except (TypeError, ValueError, OverflowError):
         pass
     wanted = "two finite numbers" if pose.ndim == 1 else f"finite, one or {pose.shape[1]} of each"
