@@ -24,7 +24,7 @@ from freeseg.path import Path
 from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path, with_fallback
 from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import make_reference, tracking_error
-from freeseg.robot import KheperaIV
+from freeseg.robot import KheperaIV, Robot
 from freeseg.segments import free_segments
 from freeseg.simulate import drive, simulate
 from freeseg.trackers import (
@@ -70,6 +70,7 @@ __all__ = [
     "Pid",
     "Polygon",
     "PurePursuit",
+    "Robot",
     "SlidingMode",
     "SolverFailed",
     "Stanley",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg.path import Path
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.segments import MARGIN, Endpoint, FreeSegment
 from freeseg.world import World
 
@@ -170,7 +170,7 @@ class Plan:
         In driving order.
     steps : tuple of Step
         The trace.
-    robot : KheperaIV
+    robot : Robot
         Robot planned for.
     margin : float
         Security margin delta (m).
@@ -182,7 +182,7 @@ class Plan:
     segments: tuple[FreeSegment, ...]
     turning_points: tuple[TurningPoint, ...]
     steps: tuple[Step, ...]
-    robot: KheperaIV
+    robot: Robot
     margin: float
     world: World
 
@@ -198,7 +198,7 @@ class Plan:
         return turning_radius(self.robot, self.margin)
 
 
-def turning_radius(robot: KheperaIV, margin: float) -> float:
+def turning_radius(robot: Robot, margin: float) -> float:
     """Radius R_D = R_r + delta / 2 of the dangerous circle (m).
 
     An assumption, the paper gives none: two such circles just fit into the
@@ -215,7 +215,7 @@ class Planner(Protocol):
         world: World,
         start: ArrayLike,
         goal: ArrayLike,
-        robot: KheperaIV | None = None,
+        robot: Robot | None = None,
         margin: float = MARGIN,
     ) -> Plan:
         """Plan a path that is free of collisions, or raise an error that says why not."""

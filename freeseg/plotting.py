@@ -338,7 +338,7 @@ def plot_band(path, robot, ax):
     ----------
     path : Path
         Centre line.
-    robot : KheperaIV
+    robot : Robot
         Its radius is half the band's width.
     ax : matplotlib Axes
         Where to draw.
@@ -465,7 +465,7 @@ def draw_robot(pose, robot, ax):
     ----------
     pose : array_like, shape (3,)
         x, y (m) and heading (rad).
-    robot : KheperaIV
+    robot : Robot
         Its size.
     ax : matplotlib Axes
         Where to draw.

@@ -9,7 +9,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidWorld
 from freeseg.geometry import unit
 from freeseg.plan import turning_radius
-from freeseg.robot import KheperaIV, as_robot
+from freeseg.robot import Robot, as_robot
 from freeseg.segments import MARGIN
 from freeseg.world import FARTHEST, Disc, Polygon, World, check_world
 
@@ -118,7 +118,7 @@ def _star(center: np.ndarray, radius: float, rng: np.random.Generator) -> Polygo
 
 
 def random_query(
-    world: World, seed: int, robot: KheperaIV | None = None, margin: float = MARGIN
+    world: World, seed: int, robot: Robot | None = None, margin: float = MARGIN
 ) -> tuple[np.ndarray, np.ndarray]:
     """A start and a goal where the robot stands free with its margin.
 
@@ -128,7 +128,7 @@ def random_query(
         Obstacles.
     seed : int
         Equal seeds give equal queries.
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot.
     margin : float, optional
         Security margin delta (m).

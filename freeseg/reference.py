@@ -13,7 +13,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only, wrap_angle
 from freeseg.path import Path
 from freeseg.plan import Plan
-from freeseg.robot import KheperaIV, as_robot, same_robot
+from freeseg.robot import Robot, as_robot, same_robot
 from freeseg.smoothing import moving_average
 from freeseg.world import World, check_world
 
@@ -75,7 +75,7 @@ class Reference:
         Their rates (m/s^2, rad/s^2).
     shift : float, optional
         How far smoothing moved the path at most (m).
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot that it was made for, which no other one is to follow; None for
         any.
 
@@ -97,7 +97,7 @@ class Reference:
     v_dot: np.ndarray
     omega_dot: np.ndarray
     shift: float = 0.0
-    robot: KheperaIV | None = None
+    robot: Robot | None = None
 
     def __post_init__(self):
         t = checks.array("reference t", self.t, (None,), unit="s")
@@ -207,7 +207,7 @@ class Reference:
 
 def make_reference(
     path: Plan | Path,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     speed: float = SPEED,
     acceleration: float = ACCELERATION,
     smoothing: float = 0.0,
@@ -223,7 +223,7 @@ def make_reference(
     ----------
     path : Plan or Path
         What to follow. A plan brings its robot and its world.
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot; its wheels limit speed and acceleration.
     speed : float, optional
         Cruising speed (m/s); slower where the outer wheel needs it.
@@ -438,7 +438,7 @@ def _timed(course, s, lengths, v, corners, shift, robot):
         Where the curvature jumps (m).
     shift : float
         How far the course is from the path at most (m).
-    robot : KheperaIV or None
+    robot : Robot or None
         Robot that the reference is for; None for any.
 
     Returns

@@ -1,8 +1,8 @@
-"""The Khepera IV: sizes, limits, wheel and body velocities, exact motion."""
+"""A differential-drive robot: sizes, limits, wheel and body velocities, exact motion."""
 
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,17 +32,16 @@ def _published(name: str) -> Any:
 
 
 @dataclass(frozen=True)
-class KheperaIV:
-    """A differential-drive robot with a round body; by default a Khepera IV.
-
-    Every default is published, with its source, in ``data/khepera4.csv``.
+class Robot:
+    """A differential-drive robot with a round body.
 
     Parameters
     ----------
     wheel_base : float
         Distance L between the wheels (m).
     diameter : float
-        Diameter D_r of the body (m).
+        Diameter D_r of the body (m); of a body that is not round, see
+        `from_footprint`.
     wheel_radius : float
         Radius of a wheel (m).
     max_wheel_rate : float
@@ -57,20 +56,52 @@ class KheperaIV:
 
     Examples
     --------
-    >>> KheperaIV().diameter
-    0.1408
+    >>> Robot(0.16, 0.21, 0.033, 6.7, 30.0).radius  # much like a TurtleBot 3 Burger
+    0.105
     """
 
-    wheel_base: float = _published("wheel_base")
-    diameter: float = _published("diameter")
-    wheel_radius: float = _published("wheel_radius")
-    max_wheel_rate: float = _published("max_wheel_rate")
-    max_wheel_rate_change: float = _published("max_wheel_rate_change")
+    wheel_base: float
+    diameter: float
+    wheel_radius: float
+    max_wheel_rate: float
+    max_wheel_rate_change: float
 
     def __post_init__(self):
         for parameter in fields(self):
             value = checks.positive(f"robot.{parameter.name}", getattr(self, parameter.name))
             object.__setattr__(self, parameter.name, value)
+
+    @classmethod
+    def from_footprint(cls, outline: ArrayLike, **sizes: float) -> Self:
+        """Robot of any footprint, planned for by the circle that it turns in.
+
+        Parameters
+        ----------
+        outline : array_like, shape (n, 2)
+            Corners of the body (m), seen from the middle of the axle.
+        **sizes : float
+            All other parameters.
+
+        Raises
+        ------
+        InvalidParameter
+            For an outline that is not such an array, or sizes as above.
+
+        Notes
+        -----
+        Turning on the spot, the body stays in the circle about the middle of
+        the axle through the farthest corner: a plan for its disc is safe for
+        the body, though a slim one could pass where the disc does not fit.
+
+        Examples
+        --------
+        >>> motors = dict(wheel_radius=0.1, max_wheel_rate=9, max_wheel_rate_change=30)
+        >>> outline = [(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]
+        >>> Robot.from_footprint(outline, wheel_base=0.5, **motors).diameter
+        1.0
+        """
+        corners = checks.array("outline", outline, (None, 2))
+        return cls(diameter=2 * float(np.hypot(*corners.T).max(initial=0)), **sizes)
 
     @property
     def radius(self) -> float:
@@ -177,19 +208,43 @@ class KheperaIV:
         return moved
 
 
-def as_robot(robot: KheperaIV | None) -> KheperaIV:
+@dataclass(frozen=True)
+class KheperaIV(Robot):
+    """The Khepera IV, or one with some sizes changed.
+
+    Every default is published, with its source, in ``data/khepera4.csv``.
+
+    Parameters
+    ----------
+    wheel_base, diameter, wheel_radius, max_wheel_rate, max_wheel_rate_change
+        As for `Robot`.
+
+    Examples
+    --------
+    >>> KheperaIV().diameter
+    0.1408
+    """
+
+    wheel_base: float = _published("wheel_base")
+    diameter: float = _published("diameter")
+    wheel_radius: float = _published("wheel_radius")
+    max_wheel_rate: float = _published("max_wheel_rate")
+    max_wheel_rate_change: float = _published("max_wheel_rate_change")
+
+
+def as_robot(robot: Robot | None) -> Robot:
     """`robot`, a Khepera IV for None; `InvalidParameter` for anything else."""
     if robot is None:
         return KheperaIV()
-    return checks.instance("robot", robot, KheperaIV, "a KheperaIV")
+    return checks.instance("robot", robot, Robot, "a Robot, such as fs.KheperaIV()")
 
 
-def same_robot(robot: KheperaIV | None, other: KheperaIV | None, what: str) -> KheperaIV | None:
+def same_robot(robot: Robot | None, other: Robot | None, what: str) -> Robot | None:
     """The one robot that two name, or None where neither does.
 
     Parameters
     ----------
-    robot, other : KheperaIV or None
+    robot, other : Robot or None
         Robots; None leaves it to the other one.
     what : str
         What the other one is of, for the message.

@@ -9,7 +9,7 @@ import shapely
 
 from freeseg import checks
 from freeseg.geometry import angle_of, read_only, unit
-from freeseg.robot import KheperaIV, as_robot
+from freeseg.robot import Robot, as_robot
 from freeseg.triangulation import triangulate
 from freeseg.world import Disc, World, check_world
 
@@ -53,7 +53,7 @@ class FreeSegment:
 
 def free_segments(
     world: World,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     margin: float = MARGIN,
     neighbours: str = "chain",
 ) -> tuple[FreeSegment, ...]:
@@ -63,7 +63,7 @@ def free_segments(
     ----------
     world : World
         n obstacles; for ``neighbours="chain"`` in the paper's order.
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot; its diameter is D_r.
     margin : float, optional
         Security margin delta (m); 5 mm is an assumption, the paper gives

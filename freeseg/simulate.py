@@ -13,7 +13,7 @@ from freeseg.disturbance import Disturbance, as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import Reference, pose_error
-from freeseg.robot import KheperaIV, as_robot, same_robot
+from freeseg.robot import Robot, as_robot, same_robot
 from freeseg.trackers.feedback import Law, Tracker
 
 #: A longer run would not end, or not fit into memory.
@@ -38,7 +38,7 @@ class Run:
         last time, those of the step before. They are what the motors
         turn, times the robot's own wheel radius: before slip, and whatever
         the true radius is. With lag, the mean over each time step.
-    robot : KheperaIV
+    robot : Robot
         Robot that was driven, as the tracker knows it.
     measured : ndarray, shape (3, N) [(3, n, N)]
         What the tracker saw: the pose with measurement noise.
@@ -54,7 +54,7 @@ class Run:
     t: np.ndarray
     pose: np.ndarray
     wheels: np.ndarray
-    robot: KheperaIV
+    robot: Robot
     measured: np.ndarray
     asked: np.ndarray
     reference: np.ndarray | None = None
@@ -68,7 +68,7 @@ class Run:
 def simulate(
     tracker: Tracker,
     reference: Reference,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     dt: float = 0.05,
     initial_offset: ArrayLike = (0.0, 0.0, 0.0),
     disturbance: Disturbance | None = None,
@@ -87,7 +87,7 @@ def simulate(
         With ``start(reference, robot, dt) -> law``, see `SlidingMode`.
     reference : Reference
         What to follow.
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot; by default that of the reference, or a Khepera IV.
     dt : float, optional
         Time step (s).
@@ -180,7 +180,7 @@ def drive(
     pose: ArrayLike,
     dt: float,
     steps: int,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     disturbance: Disturbance | None = None,
     seed: int | tuple[int, int] = 0,
     stop: Callable[[float, np.ndarray], bool] | None = None,

@@ -125,6 +125,16 @@ CALLS = {
             "max_wheel_rate_change": 100,
         },
     ),
+    "Robot": (
+        fs.Robot,
+        {
+            "wheel_base": 0.1,
+            "diameter": 0.1,
+            "wheel_radius": 0.02,
+            "max_wheel_rate": 40,
+            "max_wheel_rate_change": 100,
+        },
+    ),
     "Disturbance": (
         fs.Disturbance,
         {field.name: field.default for field in dataclasses.fields(fs.Disturbance)},

@@ -264,17 +264,17 @@ def test_what_is_no_choice(value):
 
 def test_an_instance_is_itself_and_anything_else_an_error():
     robot = fs.KheperaIV()
-    assert checks.instance("robot", robot, fs.KheperaIV, "a KheperaIV") is robot
+    assert checks.instance("robot", robot, fs.Robot, "a Robot") is robot
     for value in (None, "robot", fs.KheperaIV, HUGE, [robot]):
         message = message_of(
             checks.instance,
             "robot",
             value,
-            fs.KheperaIV,
-            "a KheperaIV",
+            fs.Robot,
+            "a Robot",
             error=fs.InvalidQuery,
         )
-        assert message == f"robot is {checks.shown(value)}; give a KheperaIV"
+        assert message == f"robot is {checks.shown(value)}; give a Robot"
 
 
 # --- arrays --------------------------------------------------------------------------------------

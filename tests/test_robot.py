@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
@@ -60,6 +61,34 @@ def test_wheels_by_hand():
     assert_allclose(robot.to_wheels(0.2, 0), (0.2, 0.2))
     assert_allclose(robot.to_wheels(0, 2), (0.1, -0.1))  # to the left: the right wheel forward
     assert_allclose(robot.to_body((0.3, 0.1)), (0.2, 2))
+
+
+def test_any_differential_drive_plans_and_drives():
+    world = fs.load_table(1)
+    outline = np.array([(0.05, 0.04), (-0.03, 0.04), (-0.03, -0.04), (0.05, -0.04)])
+    sizes = {"wheel_base": 0.07, "wheel_radius": 0.02, "max_wheel_rate": 30}
+    robot = fs.Robot.from_footprint(outline, max_wheel_rate_change=100, **sizes)
+    assert robot.radius == pytest.approx(np.hypot(0.05, 0.04))
+    plan = fs.plan(world, (0, 0), (0.75, 0.75), robot)
+    run = fs.simulate(fs.SlidingMode(), fs.make_reference(plan, speed=0.1))
+    assert run.robot is plan.robot is robot
+    # Turned by any heading on the way, the body stays off the obstacles.
+    for x, y, heading in run.pose.T[::10]:
+        turned = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+        body = shapely.Polygon(outline @ turned.T + np.array([x, y]))
+        assert world.distances(body).min() > 0
+
+
+def test_a_footprint_that_is_none_is_refused():
+    for outline in [(), [(0, 0)], "box", [(1, np.nan)], [1, 2, 3]]:
+        with pytest.raises(fs.InvalidParameter):
+            fs.Robot.from_footprint(
+                outline,
+                wheel_base=0.1,
+                wheel_radius=0.1,
+                max_wheel_rate=1,
+                max_wheel_rate_change=1,
+            )
 
 
 @given(v=speeds, omega=st.floats(-20, 20))

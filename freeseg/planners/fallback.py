@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from freeseg.checks import shown
 from freeseg.errors import InvalidParameter, Trapped
 from freeseg.plan import Plan, Planner
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.segments import MARGIN
 from freeseg.world import World
 
@@ -42,7 +42,7 @@ def with_fallback(first: Planner, second: Planner) -> Planner:
         world: World,
         start: ArrayLike,
         goal: ArrayLike,
-        robot: KheperaIV | None = None,
+        robot: Robot | None = None,
         margin: float = MARGIN,
     ) -> Plan:
         try:

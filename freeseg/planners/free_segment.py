@@ -19,7 +19,7 @@ from freeseg.path import GRAZING, Arc, Line, Path
 from freeseg.plan import Candidate, Plan, Step, StepKind, TurningPoint
 from freeseg.planners.query import ROUND_OFF, Query, ask, detour_lengths, needless_turns
 from freeseg.planners.shortest import ShortestRoute
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.segments import (
     MARGIN,
     Endpoint,
@@ -35,7 +35,7 @@ def plan(
     world: World,
     start: ArrayLike,
     goal: ArrayLike,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     margin: float = MARGIN,
 ) -> Plan:
     """Plan a path with free segments and turning points (Fig. 3).
@@ -46,7 +46,7 @@ def plan(
         Obstacles, in the paper's order: consecutive ones are neighbours.
     start, goal : array_like, shape (2,)
         Positions p_i and p_g (m).
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot; its disc must fit.
     margin : float, optional
         Security margin delta (m); 5 mm is an assumption. Where the start or
@@ -101,7 +101,7 @@ def plan(
 
 @lru_cache(maxsize=16)
 def _prepare(
-    world: World, robot: KheperaIV, margin: float
+    world: World, robot: Robot, margin: float
 ) -> tuple[tuple[FreeSegment, ...], tuple[Endpoint, ...], frozenset[int]]:
     """What does not depend on start and goal: many queries of a world share it.
 

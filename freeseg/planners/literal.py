@@ -9,7 +9,7 @@ from freeseg.errors import Trapped
 from freeseg.geometry import cross
 from freeseg.plan import Plan, Step, StepKind, TurningPoint
 from freeseg.planners.query import Query, ask, detour_lengths
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.segments import MARGIN, Endpoint, find_endpoints, free_segments
 from freeseg.world import World
 
@@ -18,7 +18,7 @@ def literal_plan(
     world: World,
     start: ArrayLike,
     goal: ArrayLike,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     margin: float = MARGIN,
     concentric: bool = False,
     outer_endpoints: bool = False,

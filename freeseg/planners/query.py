@@ -12,7 +12,7 @@ from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.geometry import read_only
 from freeseg.path import GRAZING, Arc, Line, Path, taut_path
 from freeseg.plan import Plan, Step, TurningPoint, turning_radius
-from freeseg.robot import KheperaIV, as_robot
+from freeseg.robot import Robot, as_robot
 from freeseg.segments import Endpoint, FreeSegment
 from freeseg.world import World, as_position, check_world
 
@@ -68,7 +68,7 @@ class Query:
         n obstacles.
     start, goal : ndarray, shape (2,)
         Free positions (m).
-    robot : KheperaIV
+    robot : Robot
         Robot.
     margin : float
         Security margin delta (m).
@@ -79,7 +79,7 @@ class Query:
     world: World
     start: np.ndarray
     goal: np.ndarray
-    robot: KheperaIV
+    robot: Robot
     margin: float
     turning_radii: np.ndarray
 
@@ -172,7 +172,7 @@ class Query:
 
 
 def ask(
-    world: World, start: ArrayLike, goal: ArrayLike, robot: KheperaIV | None, margin: float
+    world: World, start: ArrayLike, goal: ArrayLike, robot: Robot | None, margin: float
 ) -> Query:
     """Check what a planner is asked.
 

@@ -18,7 +18,7 @@ from freeseg.geometry import cross, point_segment_distance, ranges, read_only
 from freeseg.path import Arc, Line
 from freeseg.plan import Plan, Step, StepKind, TurningPoint, turning_radius
 from freeseg.planners.query import Query, ask, needless_turns
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.segments import MARGIN, Endpoint, FreeSegment, make_segments
 from freeseg.triangulation import Triangulation, triangulate
 from freeseg.world import World
@@ -56,7 +56,7 @@ class _RoomGraph(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def _prepare(world: World, robot: KheperaIV, margin: float) -> _RoomGraph:
+def _prepare(world: World, robot: Robot, margin: float) -> _RoomGraph:
     """Graph of the rooms of a world."""
     mesh = triangulate(world)
     ends, radii = mesh.points[mesh.edges], mesh.radii[mesh.edges]
@@ -86,7 +86,7 @@ def plan_rooms(
     world: World,
     start: ArrayLike,
     goal: ArrayLike,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     margin: float = MARGIN,
 ) -> Plan:
     """Plan from room to room through safe segments, in any world, also a large one.

@@ -10,7 +10,7 @@ from freeseg.path import Path
 from freeseg.plan import Plan, Step, StepKind, TurningPoint
 from freeseg.planners.query import ROUND_OFF, Query, ask
 from freeseg.planners.tangent_graph import TangentGraph
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.segments import MARGIN
 from freeseg.world import World
 
@@ -90,7 +90,7 @@ def shortest_path(
     world: World,
     start: ArrayLike,
     goal: ArrayLike,
-    robot: KheperaIV | None = None,
+    robot: Robot | None = None,
     margin: float = MARGIN,
 ) -> Plan:
     """Plan the shortest path that keeps the margin, or prove that there is none.
@@ -101,7 +101,7 @@ def shortest_path(
         Obstacles, in any order.
     start, goal : array_like, shape (2,)
         Positions (m).
-    robot : KheperaIV, optional
+    robot : Robot, optional
         Robot; its disc must fit.
     margin : float, optional
         Security margin delta (m); 5 mm is an assumption.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference, Sample, pose_error
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 
 #: Up to it, the product of a step of an integral and an excess is no saturation (SI).
 NO_EXCESS = 1e-15
@@ -42,14 +42,14 @@ class Law(Protocol):
 class Tracker(Protocol):
     """Gains, from which a law starts."""
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float, /) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float, /) -> Law:
         """The law for one run; what it remembers lives in it alone.
 
         Parameters
         ----------
         reference : Reference
             What to follow.
-        robot : KheperaIV
+        robot : Robot
             Robot, for a law that knows its limits.
         dt : float
             Time for which each command is held (s).

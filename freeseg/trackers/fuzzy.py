@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: Peaks of the five triangular sets of an input, and consequents: negative big to positive big.
@@ -80,7 +80,7 @@ class Fuzzy:
     def __post_init__(self):
         check_gains(self, "v_range", "omega_range")
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
 

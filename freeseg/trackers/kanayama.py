@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import Law, check_gains, watch
 
 
@@ -50,7 +50,7 @@ class Kanayama:
     def __post_init__(self):
         check_gains(self, "k_x", "k_y", "k_alpha")
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         see = watch(reference, dt)
 

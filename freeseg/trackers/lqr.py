@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: For how many speeds, from zero to the reference's top speed, gains are computed.
@@ -65,7 +65,7 @@ class Lqr:
     def __post_init__(self):
         check_gains(self, "q_x", "q_y")
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
         speeds = np.linspace(0, np.abs(reference.v).max(), SPEEDS)

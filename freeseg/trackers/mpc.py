@@ -11,7 +11,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import Law, check_gains
 from freeseg.world import Disc, World
 
@@ -98,7 +98,7 @@ class Mpc:
     -----
     The state is z = (x, y, theta, V_R, V_L), the input u the wheels'
     accelerations, so that both limits of a wheel are bounds. The model is
-    the exact arc of `KheperaIV.move`. With the prediction of the step
+    the exact arc of `Robot.move`. With the prediction of the step
     before, moved on by one step, as the point of linearisation, one
     Gauss-Newton step remains: a sparse quadratic programme [1]_. A disc is
     replaced by the half plane beyond its tangent that faces the predicted
@@ -151,14 +151,14 @@ class Mpc:
             checks.choice("solver", self.solver, SOLVERS)
         checks.choice("on_failure", self.on_failure, ON_FAILURE)
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run.
 
         Parameters
         ----------
         reference : Reference
             What to follow.
-        robot : KheperaIV
+        robot : Robot
             Robot, whose limits are kept.
         dt : float
             Time for which each command is held (s).
@@ -351,14 +351,14 @@ def _previewer(reference, robot, dt, horizon):
     return look_ahead
 
 
-def preview(reference: Reference, robot: KheperaIV, dt: float, t: float, steps: int) -> np.ndarray:
+def preview(reference: Reference, robot: Robot, dt: float, t: float, steps: int) -> np.ndarray:
     """What the reference asks for in time steps to come.
 
     Parameters
     ----------
     reference : Reference
         What to follow.
-    robot : KheperaIV
+    robot : Robot
         Its wheel base counts.
     dt : float
         Time step (s).
@@ -381,12 +381,12 @@ def preview(reference: Reference, robot: KheperaIV, dt: float, t: float, steps: 
     return np.concatenate([np.diff(wheels) / dt, pose, wheels[:, 1:]]).T
 
 
-def motion(robot: KheperaIV, dt: float) -> ca.Function:
-    """Model of one time step, as `KheperaIV.move`, in symbols.
+def motion(robot: Robot, dt: float) -> ca.Function:
+    """Model of one time step, as `Robot.move`, in symbols.
 
     Parameters
     ----------
-    robot : KheperaIV
+    robot : Robot
         Its wheel base counts.
     dt : float
         Time step (s).

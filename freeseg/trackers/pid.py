@@ -8,7 +8,7 @@ import numpy as np
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import NO_EXCESS, Law, check_gains, watch
 
 
@@ -108,14 +108,14 @@ class Pid:
         omega = omega_r + v_r * bounded + np.abs(v_r) * self.kd_y * np.sin(alpha_e)
         return v, omega, v_r * (bend - bounded)
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run.
 
         Parameters
         ----------
         reference : Reference
             What to follow.
-        robot : KheperaIV
+        robot : Robot
             Robot; its limits stop the integrals.
         dt : float
             Time for which each command is held (s); with zero, the integrals

@@ -8,7 +8,7 @@ import numpy as np
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import Law, check_gains, watch
 
 #: What stands for the switching function in the reaching law (11).
@@ -65,14 +65,14 @@ class SlidingMode:
         checks.choice("switching", self.switching, SWITCHING)
         check_gains(self, "k1", "k2")
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run.
 
         Parameters
         ----------
         reference : Reference
             What to follow.
-        robot : KheperaIV
+        robot : Robot
             Robot; unused, for this law does not know its limits.
         dt : float
             Time for which each command is held (s).

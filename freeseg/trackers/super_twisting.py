@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.reference import Reference
-from freeseg.robot import KheperaIV
+from freeseg.robot import Robot
 from freeseg.trackers.feedback import NO_EXCESS, Law, check_gains
 from freeseg.trackers.sliding_mode import sliding_law
 
@@ -59,14 +59,14 @@ class SuperTwisting:
     def __post_init__(self):
         check_gains(self, "lambda1", "lambda2", "w1", "w2")
 
-    def start(self, reference: Reference, robot: KheperaIV, dt: float) -> Law:
+    def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run.
 
         Parameters
         ----------
         reference : Reference
             What to follow.
-        robot : KheperaIV
+        robot : Robot
             Robot; its limits stop the integrals. They are reckoned without
             delay and lag.
         dt : float
