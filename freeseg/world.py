@@ -354,12 +354,17 @@ class World:
         """
         if not len(self):
             return read_only(np.empty((0, 2, 2)))
-        rings = [ring for obstacle in self.obstacles for ring in obstacle.rings]
-        tails, counts = np.concatenate(rings), [len(ring) for ring in rings]
-        following = np.arange(1, len(tails) + 1)
-        ends = np.cumsum(counts)
-        following[ends - 1] = ends - counts
-        return read_only(np.stack([tails, tails[following]], axis=1))
+        tails = np.concatenate([ring for obstacle in self.obstacles for ring in obstacle.rings])
+        return read_only(np.stack([tails, tails[self.following_edge]], axis=1))
+
+    @cached_property
+    def following_edge(self) -> np.ndarray:
+        """Index in `edges` of the segment that goes on where each ends, shape (m,)."""
+        rings = (ring for obstacle in self.obstacles for ring in obstacle.rings)
+        ends = np.cumsum([len(ring) for ring in rings], dtype=int)
+        following = np.arange(1, ends[-1] + 1 if len(ends) else 1)
+        following[ends - 1] = np.append(0, ends[:-1])[: len(ends)]
+        return read_only(following)
 
     @cached_property
     def first_edge(self) -> np.ndarray:
