@@ -15,6 +15,9 @@ from freeseg.world import World
 #: cross each other it never will, and what is left there soon is short.
 ROUNDS = 16
 
+#: So many sites a corner are enough, whatever the outlines still ask for.
+MOST_SITES = 20
+
 #: How many points far outside stand round the world, so that there are rooms all round it.
 RING = 8
 
@@ -128,15 +131,15 @@ def triangulate(world: World) -> Triangulation:
     for halved in range(ROUNDS + 1):
         triangles = _lower_hull((points - middle) / extent, radii / extent)
         missing = _missing(world, points, outlines, triangles)
-        if not missing.any() or halved == ROUNDS:
+        if not missing.any() or halved == ROUNDS or len(points) > MOST_SITES * (corners + RING):
             break
         tails, heads = outlines[missing].T
         halfway = _halfway(points, tails, heads, corners)
-        new = len(points) + np.arange(len(tails))
-        points, radii = np.concatenate([points, halfway]), np.append(radii, np.zeros(len(tails)))
-        obstacle = np.append(obstacle, obstacle[tails])
+        new, added = _merge(points, halfway, world.round_off)
+        points, radii = np.concatenate([points, halfway[added]]), np.append(radii, 0.0 * added)
+        obstacle = np.append(obstacle, obstacle[tails[added]])
         parts = np.column_stack([tails, new]), np.column_stack([new, heads])
-        outlines = np.concatenate([outlines[~missing], *parts])
+        outlines = _each_once(np.concatenate([outlines[~missing], *parts]))
     edges, edges_of, rooms_of = _find_edges(triangles, len(points))
     walls = _find_walls(world, points, edges, outlines, missing)
     arrays = points, radii, obstacle, triangles, edges, edges_of, rooms_of, walls
@@ -155,7 +158,7 @@ def _place_sites(world: World) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     kept = np.flatnonzero(same == np.arange(len(tails)))
     number = np.searchsorted(kept, same)
     outlines = number[np.column_stack([corners, world.following_edge[corners]])]
-    return tails[kept], world.radii[owner[kept]], owner[kept], outlines
+    return tails[kept], world.radii[owner[kept]], owner[kept], _each_once(outlines)
 
 
 def _halfway(points: np.ndarray, tails: np.ndarray, heads: np.ndarray, corners: int) -> np.ndarray:
@@ -171,6 +174,36 @@ def _halfway(points: np.ndarray, tails: np.ndarray, heads: np.ndarray, corners: 
     from_tail, from_head = tails < corners, heads < corners
     share = np.where(from_tail == from_head, 0.5, np.where(from_tail, share, 1 - share))
     return points[tails] + share[:, None] * along
+
+
+def _merge(points: np.ndarray, new: np.ndarray, gap: float) -> tuple[np.ndarray, np.ndarray]:
+    """Which sites new ones (k, 2) become, and which of them are added after those there are.
+
+    One that is at most `gap` (m) from another is the same: outlines that lie on each
+    other are cut at the same places.
+    """
+    # Imported here: it takes long, and only large worlds need it.
+    from scipy.spatial import KDTree
+
+    everything = np.concatenate([points, new])
+    _, near = KDTree(everything).query(new, k=4, distance_upper_bound=gap)
+    # Beyond the end stands for none; the new site itself is among its neighbours.
+    own = len(points) + np.arange(len(new))
+    same = np.minimum(near.min(1), own)
+    # Of a row of such neighbours, only the first two are taken for one.
+    later = np.maximum(same - len(points), 0)
+    same = np.where((same < len(points)) | (same[later] == own[later]), same, own)
+    added = np.flatnonzero(same == own)
+    number = np.append(np.arange(len(points)), np.zeros(len(new), int))
+    number[own[added]] = len(points) + np.arange(len(added))
+    return number[same], added
+
+
+def _each_once(outlines: np.ndarray) -> np.ndarray:
+    """Pairs of different sites (k, 2), each once whatever its order."""
+    outlines = outlines[outlines[:, 0] != outlines[:, 1]]
+    _, first = np.unique(np.sort(outlines, axis=1) @ (1, 1j), return_index=True)
+    return outlines[np.sort(first)]
 
 
 def _missing(
