@@ -159,7 +159,7 @@ class Polygon:
     """
 
     vertices: np.ndarray
-    holes: Sequence[np.ndarray] = ()
+    holes: tuple[np.ndarray, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", _outline(self.vertices, "polygon"))
@@ -187,7 +187,7 @@ class Polygon:
     @property
     def rings(self) -> tuple[np.ndarray, ...]:
         """All outlines (m): the outer one, then the holes."""
-        return self.vertices, *self.holes
+        return (self.vertices, *self.holes)
 
     @property
     def core(self) -> shapely.Polygon:
@@ -353,9 +353,10 @@ class World:
         """As `tree`, but of the cores with few segments, and of those with many."""
         many = self.edge_counts > MANY_SEGMENTS
         shapely.prepare(self.cores[many])
-        return tuple(
-            shapely.STRtree(np.where(left_out, None, self.cores)) for left_out in (many, ~many)
-        )
+        few, others = self.cores.copy(), self.cores.copy()
+        # A tree leaves out what is None, and counts on.
+        few[many], others[~many] = None, None
+        return shapely.STRtree(few), shapely.STRtree(others)
 
     def pairs_near(
         self, geometries: np.ndarray, within: np.ndarray
@@ -505,7 +506,7 @@ def _frame(boundary: ArrayLike | Polygon) -> Frame:
                 "holes as obstacles"
             )
         boundary = boundary.vertices
-    return Frame(boundary)
+    return Frame(as_points(boundary, "boundary", (None, 2), InvalidWorld))
 
 
 def check_world(world: object) -> World:
