@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from oracle import shortest_way
 
 import freeseg as fs
 from freeseg.segments import find_endpoints, group_labels
@@ -317,3 +318,29 @@ def test_where_nothing_is_free_there_is_no_nearest_position():
         fs.nearest_free(narrow, (0, 0))
     with pytest.raises(fs.InvalidQuery, match="or plan for a smaller robot"):
         fs.plan(narrow, (0, 0), (0.01, 0))
+
+
+def test_with_holes_and_boundaries_the_shortest_path_is_the_oracle_s():
+    found = 0
+    for seed in range(300, 420):
+        rng = np.random.default_rng(seed)
+        court = square((1, 1), 0.8, rng.uniform(0, 1))
+        obstacles = [
+            fs.Polygon(1.15 * (court - 1) + 1, [star(rng, (1, 1), 0.8)]),
+            fs.Disc(rng.uniform(0.5, 1.5, 2), 0.06),
+        ]
+        world = fs.World(obstacles, star(rng, (1, 1), 3) if seed % 2 else None)
+        ends = rng.uniform(0.3, 1.7, (2, 2)) if seed % 3 else rng.uniform(-1, 3, (2, 2))
+        try:
+            plan = fs.shortest_path(world, *ends, margin=0)
+            expected = plan.path.length
+            found += 1
+        except fs.InvalidQuery:
+            continue
+        except fs.NoPath:
+            expected = np.inf
+        keep = np.minimum(
+            fs.KheperaIV().radius, np.min([world.distances(shapely.Point(end)) for end in ends], 0)
+        )
+        assert expected == pytest.approx(shortest_way(world, *ends, keep), rel=1e-7), seed
+    assert found > 5
