@@ -176,6 +176,10 @@ class Plan:
         Security margin delta (m).
     world : World
         Obstacles planned among.
+    lower_bound : float or None
+        No path that keeps the margin is shorter (m), as the search for it
+        proved: for an optimum, the path's length. None where nothing was
+        proved.
     """
 
     path: Path
@@ -185,6 +189,7 @@ class Plan:
     robot: Robot
     margin: float
     world: World
+    lower_bound: float | None = None
 
     def __repr__(self) -> str:
         return (

@@ -18,7 +18,7 @@ from freeseg.geometry import angle_of, arc_sweep, tangents, unit
 from freeseg.path import GRAZING, Arc, Line, Path
 from freeseg.plan import Candidate, Plan, Step, StepKind, TurningPoint
 from freeseg.planners.query import Query, ask, detour_lengths, needless_turns
-from freeseg.planners.shortest import ShortestRoute
+from freeseg.planners.route import shortest_route
 from freeseg.robot import Robot
 from freeseg.segments import (
     MARGIN,
@@ -138,7 +138,6 @@ class _Search:
         self.group: set[int] = set()
         self.seen: set[tuple] = {()}
         self.steps: list[Step] = []
-        self.route = ShortestRoute(query)
         self.path, self.passed = query.straight_line(), [0]
         self.record(StepKind.STRAIGHT)
 
@@ -287,7 +286,8 @@ class _Search:
                 self.steps,
             )
         self.group = grown
-        self.turns, self.path, self.passed = self.route.go_round(grown)
+        route = shortest_route(self.query, grown)
+        self.turns, self.path, self.passed = route.turns, route.path, route.passed
         details = {"blocking": blocking, "leg": leg, "candidates": candidates}
         self.record(StepKind.LOCAL_MINIMUM, group=tuple(sorted(grown)), **details)
 

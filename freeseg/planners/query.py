@@ -149,11 +149,12 @@ class Query:
         segments: Sequence[FreeSegment],
         turns: Sequence[TurningPoint],
         steps: Sequence[Step],
+        lower_bound: float | None = None,
     ) -> Plan:
         """The plan, once its path has passed the check; see `verify`."""
         self.verify(path, steps)
         found = tuple(segments), tuple(turns), tuple(steps)
-        return Plan(path, *found, self.robot, self.margin, self.world)
+        return Plan(path, *found, self.robot, self.margin, self.world, lower_bound)
 
     def verify(self, path: Path, steps: Sequence[Step]) -> None:
         """Check a path by other means: Shapely, on samples.

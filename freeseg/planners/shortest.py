@@ -1,89 +1,13 @@
-"""The shortest path there is: the paper's loop with an exact inner plan."""
+"""The shortest path there is: the paper's loop, on tangents instead of whole paths."""
 
-from collections.abc import Iterable
-
-import numpy as np
 from numpy.typing import ArrayLike
 
-from freeseg.errors import NoPath
-from freeseg.path import Path
-from freeseg.plan import Plan, Step, StepKind, TurningPoint
-from freeseg.planners.query import ROUND_OFF, Query, ask
-from freeseg.planners.tangent_graph import TangentGraph
+from freeseg.plan import Plan, Step, StepKind
+from freeseg.planners.query import ask
+from freeseg.planners.route import shortest_route
 from freeseg.robot import Robot
 from freeseg.segments import MARGIN
 from freeseg.world import World
-
-
-class ShortestRoute:
-    """Shortest route round some obstacles, of which there may come more.
-
-    Parameters
-    ----------
-    query : Query
-        Start, goal and dangerous circles.
-    """
-
-    def __init__(self, query: Query) -> None:
-        self.query, self.graph = query, TangentGraph(query.start, query.goal)
-        self.members: set[int] = set()
-        self.owner = np.empty(0, int)
-
-    def go_round(self, obstacles: Iterable[int]) -> tuple[list[TurningPoint], Path, list[int]]:
-        """The shortest route round these obstacles and all before.
-
-        Parameters
-        ----------
-        obstacles : iterable of int
-            Indices; those never named are ignored.
-
-        Returns
-        -------
-        turns : list of TurningPoint
-            In driving order.
-        path, passed
-            From `taut_path`.
-
-        Raises
-        ------
-        NoPath
-            Where these obstacles alone leave no way.
-        """
-        query, world = self.query, self.query.world
-        new = np.array(sorted(set(obstacles) - self.members), int)
-        self.members.update(new.tolist())
-        corners = [world.corners[index] for index in new]
-        owner = np.repeat(new, [len(part) for part in corners])
-        self.owner = np.concatenate([self.owner, owner])
-        self.graph.add(
-            np.concatenate(corners),
-            query.turning_radii[owner],
-            world.edges[world.edges_of(new)],
-            query.turning_radii[np.repeat(new, world.edge_counts[new])],
-        )
-        route = self.graph.shortest()
-        if route is None:
-            raise NoPath(
-                f"{_in_words(self.members)} leave no way from {query.start.tolist()} to "
-                f"{query.goal.tolist()} for a robot of {query.robot.diameter:g} m with a margin "
-                f"of {query.margin:g} m; move the start or the goal, or plan for a smaller robot "
-                "or margin"
-            )
-        turns = []
-        for circle, sense in route:
-            center, radius = self.graph.centers[circle + 2], self.graph.radii[circle + 2]
-            turns.append(TurningPoint(None, int(self.owner[circle]), center, float(radius), sense))
-        path, passed = query.connect(turns)
-        assert path is not None, "the graph has its tangents"
-        return turns, path, passed
-
-
-def _in_words(obstacles: Iterable[int]) -> str:
-    """Obstacles in words, numbered from 1; of many, the first few."""
-    numbers = [index + 1 for index in sorted(obstacles)]
-    if len(numbers) <= 12:
-        return f"obstacles {numbers}"
-    return f"{len(numbers)} obstacles ({numbers[:3]} and more)"
 
 
 def shortest_path(
@@ -121,11 +45,13 @@ def shortest_path(
 
     Notes
     -----
-    The paper's loop (plan, look for danger, solve it, plan again), with each
-    plan the exact shortest path among the obstacles met so far. Leaving
-    obstacles out can only shorten the optimum, so the first path without
-    danger is optimal in the whole world; and if the obstacles met leave no
-    way, there is none.
+    The paper's loop (plan, look for danger, solve it, plan again), driven to
+    its end: `tangent_search` keeps all that could be driven next, looks for
+    danger on the most promising tangent only, and goes on from there. The
+    first one that arrives ends an optimal path. The last step's group are the
+    obstacles that mattered on the way, and `Plan.lower_bound` is the length
+    below which the search proved that there is nothing. What prepares a world
+    is remembered, so that further queries of the same world are faster.
 
     Examples
     --------
@@ -134,12 +60,10 @@ def shortest_path(
     1.1287
     """
     query = ask(world, start, goal, robot, margin)
-    keep_clear = query.turning_radii - world.radii - ROUND_OFF
-    route = ShortestRoute(query)
-    turns: list[TurningPoint] = []
     path = query.straight_line()
     steps = [Step(StepKind.STRAIGHT, path)]
-    while new := set(path.near(world, keep_clear)[1].tolist()) - route.members:
-        turns, path, _ = route.go_round(new)
-        steps.append(Step(StepKind.SHORTEST, path, group=tuple(sorted(route.members))))
-    return query.answer(path, (), turns, steps)
+    if not len(path.near(world, query.turning_radii - world.radii - query.round_off)[0]):
+        return query.answer(path, (), (), steps, lower_bound=path.length)
+    route = shortest_route(query)
+    steps.append(Step(StepKind.SHORTEST, route.path, group=route.met))
+    return query.answer(route.path, (), route.turns, steps, lower_bound=route.length)

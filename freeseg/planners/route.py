@@ -1,0 +1,225 @@
+"""The shortest route round obstacles: what the search is given, and what it finds."""
+
+import math
+from collections.abc import Iterable
+from functools import cache, lru_cache
+from importlib.util import find_spec, module_from_spec
+from types import FunctionType, ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from freeseg.errors import NoPath
+from freeseg.geometry import cross, read_only
+from freeseg.path import Path
+from freeseg.plan import TurningPoint, turning_radius
+from freeseg.planners import tangent_search
+from freeseg.planners.query import Query
+from freeseg.planners.tangent_search import Scene
+from freeseg.world import World
+
+#: Compilation takes longer than a few searches among so few circles.
+FEW = 32
+
+#: The grid has so many cells an edge at most, and so many along an axis (memory).
+CELLS, ROW = 4, 4096
+
+
+class Route(NamedTuple):
+    """The shortest route round some obstacles.
+
+    Parameters
+    ----------
+    turns : list of TurningPoint
+        In driving order.
+    path, passed
+        From `taut_path`.
+    met : tuple of int
+        Obstacles that the search came to, or that barred its way.
+    length : float
+        Length of the route, as the search summed it up (m): no route round
+        these obstacles is shorter.
+    """
+
+    turns: list[TurningPoint]
+    path: Path
+    passed: list[int]
+    met: tuple[int, ...]
+    length: float
+
+
+def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Route:
+    """The shortest route that keeps its distance from obstacles.
+
+    Parameters
+    ----------
+    query : Query
+        Start, goal and dangerous circles.
+    obstacles : iterable of int, optional
+        Indices of those that count; all if not given.
+
+    Returns
+    -------
+    Route
+
+    Raises
+    ------
+    NoPath
+        Where these obstacles leave none.
+    """
+    world, layout = query.world, _lay_out(query.world, turning_radius(query.robot, query.margin))
+    counts = np.ones(len(world), bool)
+    if obstacles is not None:
+        counts[:] = False
+        counts[list(obstacles)] = True
+    ends = np.array([query.start, query.goal]) - layout.origin
+    circle = np.concatenate([np.column_stack([ends, np.zeros((2, 4))]), layout.circle])
+    of_circle, of_edge = layout.of_circle, layout.of_edge
+    radii = query.turning_radii
+    radius = np.concatenate([np.zeros(2), np.where(counts[of_circle], radii[of_circle], -1.0)])
+    keep = np.where(counts[of_edge], radii[of_edge], 0.0)
+    stamp, met_edge = np.zeros(len(keep), int), np.zeros(len(keep), bool)
+    notes = stamp, np.zeros(1, int), met_edge, np.empty(tangent_search.PARTS)
+    scene = Scene(circle, radius, layout.edge, keep, *layout.grid, *notes)
+    found, length, reached = _kernels(len(circle)).search(scene)
+    met = np.unique(np.concatenate([of_circle[reached.reshape(-1, 2)[2:].any(1)], of_edge[met_edge]]))
+    if math.isinf(length):
+        raise NoPath(
+            f"{_in_words(world, met)} leave no way "
+            f"from {query.start.tolist()} to {query.goal.tolist()} for a robot of "
+            f"{query.robot.diameter:g} m with a margin of {query.margin:g} m; move the start or "
+            "the goal, or plan for a smaller robot or margin"
+        )
+    turns = []
+    for oriented in found.tolist():
+        corner, sense = oriented // 2 - 2, 1 - 2 * (oriented % 2)
+        obstacle, center = int(of_circle[corner]), layout.center[corner]
+        turns.append(TurningPoint(None, obstacle, center, float(radii[obstacle]), sense))
+    path, passed = query.connect(turns)
+    assert path is not None, "the search has its tangents"
+    return Route(turns, path, passed, tuple(met.tolist()), float(length))
+
+
+def _in_words(world: World, obstacles: np.ndarray) -> str:
+    """Obstacles in words, numbered from 1; of many, the first few."""
+    numbers = [index + 1 for index in obstacles.tolist() if index != world.frame]
+    words = f"obstacles {numbers}"
+    if len(numbers) > 12:
+        words = f"{len(numbers)} obstacles ({numbers[:3]} and more)"
+    if world.frame is None or world.frame not in obstacles:
+        return words
+    return f"{words} and the boundary" if numbers else "the walls of the boundary"
+
+
+class _Layout(NamedTuple):
+    """What a search needs to know of a world, for all its queries.
+
+    Parameters
+    ----------
+    origin : ndarray, shape (2,)
+        The middle of the world (m): positions are relative to it, so that they
+        are small also on a projected map.
+    circle : ndarray, shape (c, 6)
+        As in `Scene`, without the start and the goal.
+    center : ndarray, shape (c, 2)
+        Centres (m) as they stand in the world.
+    of_circle, of_edge : ndarray of int, shape (c,) and (k,)
+        Obstacle of each circle and of each edge.
+    edge : ndarray, shape (k, 4)
+        As in `Scene`.
+    grid : tuple of ndarray
+        From `corner` to `circle_item` as in `Scene`.
+    """
+
+    origin: np.ndarray
+    circle: np.ndarray
+    center: np.ndarray
+    of_circle: np.ndarray
+    of_edge: np.ndarray
+    edge: np.ndarray
+    grid: tuple[np.ndarray, ...]
+
+
+@lru_cache(maxsize=4)
+def _lay_out(world: World, clearance: float) -> _Layout:
+    """Lay out a world for searches that keep at most this clearance (m); it is remembered."""
+    of_edge = np.repeat(np.arange(len(world)), world.edge_counts)
+    low, high = (
+        (world.edges.min((0, 1)), world.edges.max((0, 1))) if len(world) else np.zeros((2, 2))
+    )
+    origin = (low + high) / 2
+    edges = world.edges - origin
+    which, normals = _convex_corners(world, edges)
+    circle = np.column_stack([edges[which, 0], normals])
+    edge, keep = edges.reshape(-1, 4), world.radii[of_edge] + clearance
+    grid = _lay_grid(edge, keep, circle)
+    parts = origin, circle, world.edges[which, 0].copy(), of_edge[which], of_edge, edge
+    return _Layout(*map(read_only, parts), grid)
+
+
+def _convex_corners(world: World, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """At which edges (k, 2, 2) a convex corner begins (c,), and the normals there (c, 4)."""
+    along = edges[:, 1] - edges[:, 0]
+    along /= np.maximum(np.hypot(*along.T), np.finfo(float).tiny)[:, None]
+    before = np.empty(len(edges), int)
+    before[world.following_edge] = np.arange(len(edges))
+    is_disc = before == np.arange(len(edges))
+    convex = is_disc | (cross(along[before], along) > 0)
+    if world.frame is not None:
+        # Nothing comes round the frame from outside.
+        convex[world.first_edge[-1] : world.first_edge[-1] + 4] = False
+    which = np.flatnonzero(convex)
+    come, go = along[before[which]], along[which]
+    return which, np.column_stack([come[:, 1], -come[:, 0], go[:, 1], -go[:, 0]])
+
+
+def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Grid over edges (k, 4) that keep (k,) away from them, and over circles (c, 6)."""
+    if not len(edge):
+        none = np.zeros(2, int), np.zeros(0, int)
+        return np.array([0.0, 0.0, 1.0]), np.ones(2, int), *none, *none
+    ends, widest = edge.reshape(-1, 2), keep.max()
+    low = ends.min(0) - widest
+    extent = ends.max(0) + widest - low
+    cell = max(
+        math.sqrt(extent.prod() / (CELLS * len(edge))), np.median(keep), extent.max() / ROW
+    )
+    cells = np.ceil(extent / cell).astype(int)
+    corner, count = np.array([*low, cell]), int(cells.prod())
+    none = np.empty(0, int)
+    blank = Scene(circle, none, edge, keep, corner, cells, *[none] * 6, none > 0, np.empty(0))
+    kernels, first = _kernels(len(edge)), np.zeros(count + 2, int)
+    kernels.enter_cells(blank, True, first, none)
+    first = np.cumsum(first)
+    item = np.empty(first[-1], int)
+    kernels.enter_cells(blank, False, first, item)
+    column, row = ((circle[:, :2] - low) / cell).astype(int).T
+    place = row * cells[0] + column
+    order = np.argsort(place, kind="stable")
+    begins = np.searchsorted(place[order], np.arange(count + 1))
+    return corner, cells, first[:-1], item, begins, order + 2
+
+
+def _kernels(size: int) -> ModuleType:
+    """The search, compiled where that pays."""
+    return tangent_search if size < FEW and not _compiled.cache_info().currsize else _compiled()
+
+
+@cache
+def _compiled() -> ModuleType:
+    """The search compiled by numba, or as it stands where numba is not installed.
+
+    Compiled once, it is stored beside its source and takes a third of a second to load.
+    """
+    spec = find_spec(tangent_search.__name__)
+    try:
+        from numba import njit
+    except ImportError:
+        return tangent_search
+    assert spec is not None and spec.loader is not None, "it is imported above"
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for name, thing in vars(module).copy().items():
+        if isinstance(thing, FunctionType) and thing.__module__ == module.__name__:
+            setattr(module, name, njit(cache=True)(thing))
+    return module
