@@ -25,15 +25,13 @@ def as_bytes(notebook, ending="\n", mark=b"", minor=5):
 WRITTEN = {
     "plain": (f"{PS1}.ipynb", {}),
     "capitals": (f"{PS1}.IPYNB", {}),
-    "a capital": (f"{PS1}.Ipynb", {}),
-    "a copy": (f"{PS1} (1).ipynb", {}),
-    "deep": (f"deep/er/{PS1}.ipynb", {}),
+    "deep": (f"deep/er/{PS1} (1).ipynb", {}),
     "a mark": (f"{PS1}.ipynb", {"mark": b"\xef\xbb\xbf"}),
     "old and new": (f"{PS1}.ipynb", {"minor": 4}),
     "windows": (f"{PS1}.ipynb", {"ending": "\r\n"}),
-    "all at once": (f"{PS1}.IPYNB", {"mark": b"\xef\xbb\xbf", "minor": 4, "ending": "\r\n"}),
+    "all at once": (f"deep/{PS1}.Ipynb", {"mark": b"\xef\xbb\xbf", "minor": 4, "ending": "\r\n"}),
 }
-#: Score and remark of all other kinds; what is only put right the second time is late or broken.
+#: Score and remark of the other kinds: of the late ones when they have folders of their own.
 OTHERWISE = {
     "a mistake": ("18.0", ""),
     "untouched": ("0.0", "no id is written in it: "),
@@ -42,8 +40,8 @@ OTHERWISE = {
     "empty": ("", "not graded: there is no notebook in this folder"),
     "late": ("20.0", ""),
 }
-#: What is handed in by whom: names that mean something to a pattern, URL, shell or spreadsheet,
-#: and names that they would be taken for.
+#: Which kind is whose: names that mean something to a pattern, URL, shell or spreadsheet, beside
+#: names that they could be taken for.
 HANDED_IN = {
     "team[12]": "all at once",
     "Ada": "late",
@@ -52,22 +50,18 @@ HANDED_IN = {
     "a*b?": "plain",
     "a?b*": "a mistake",
     "100% #1": "plain",
-    "50%20#2": "a copy",
+    "50%20#2": "old and new",
+    "=5b=": "old and new",
+    "=5b=12=5d=": "windows",
+    "C:\\windows": "windows",
+    "=SUM(1;2)": "all at once",
     "Zoë Müller": "capitals",
     "Jürgen Groß": "capitals",
-    "=5b=": "a capital",
-    "=5b=12=5d=": "a capital",
     "Łukasz": "a mark",
     "O'Neil, Ann": "a mark",
-    "old": "old and new",
-    "new": "old and new",
-    "windows": "windows",
-    "C:\\windows": "windows",
     ".hidden.": "deep",
     " blank ": "deep",
-    "=SUM(1;2)": "all at once",
-    "ada": "late",
-    "Copy of ada": "a copy",
+    "Grace": "late",
     "twice": "twice",
     "tw  ice": "twice",
     "{broken}": "broken",
