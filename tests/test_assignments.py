@@ -783,7 +783,7 @@ def run_without_nbgrader(module, *arguments):
 
 
 def test_without_nbgrader_only_tests_that_grade_are_skipped():
-    own = "releases_are_the_same or a_mistake_costs or submissions_of_any_name or test_seeds"
+    own = "releases_are_the_same or a_mistake_costs or lecturer_s_first or test_seeds"
     files = ("tests/test_assignments.py", "tests/test_first_week.py")
     done = run_without_nbgrader("pytest", "-n0", "-rs", "-k", own, *files)
     assert done.returncode == 0, done.stdout
