@@ -13,21 +13,29 @@ import json
 import re
 import shutil
 import signal
+import subprocess
+import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from copy import deepcopy
+from importlib.util import find_spec
 from threading import Thread
 from unittest.mock import patch
 
 import nbformat
-import nbgrader.api
 import numpy as np
 import pytest
-from nbgrader.utils import determine_grade
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
 from freeseg.studies import courses, tracking
 from freeseg.teaching import check, variant_seed, without
+
+if find_spec("nbgrader"):
+    import nbgrader.api
+    from nbgrader.utils import determine_grade
+
+    #: What nbgrader asks another program at every new grade book is always the same.
+    nbgrader.api.get_alembic_version = functools.cache(nbgrader.api.get_alembic_version)
 
 FOLDER = NOTEBOOKS / "assignments"
 PS1 = "ps1_kinematics_and_segments"
@@ -36,8 +44,6 @@ SETS = sorted(file.stem for file in FOLDER.glob("ps*/*.ipynb"))
 LOOPING, TIMEOUT = 8, 120
 #: Longest time (s) of a test that is to be lost to a loop.
 SOON = 1.0
-#: What nbgrader asks another program at every new grade book is always the same.
-nbgrader.api.get_alembic_version = functools.cache(nbgrader.api.get_alembic_version)
 
 #: Typical mistakes: set, text of the reference solution, what stands there instead, tests lost.
 MISTAKES = {
@@ -229,10 +235,20 @@ def name(request):
     return request.param
 
 
+def need_nbgrader():
+    """Skip a test that grades if nbgrader, which only lecturers need, is not installed.
+
+    One that is installed and broken is an error.
+    """
+    if not find_spec("nbgrader"):
+        pytest.skip("grading needs it: pip install -r notebooks/assignments/requirements.txt")
+
+
 class Course:
     """A copy of the assignments, with some of the sets, to release and grade in."""
 
     def __init__(self, root, *names, timeout=TIMEOUT, course="freeseg"):
+        need_nbgrader()
         self.folder = root / "assignments"
         self.submissions = root / "submissions"
         self.folder.mkdir(parents=True)
@@ -344,6 +360,7 @@ def grade_here(notebook, name, folder, looping):
     said : dict
         What every cell printed to the error stream.
     """
+    need_nbgrader()
     ran, names = deepcopy(notebook), {"__name__": "__main__"}
     cells = nbgrader_cells(ran)
     for cell_name, cell in cells.items():
@@ -753,6 +770,32 @@ def test_every_test_says_what_is_wrong(name):
             for node in ast.walk(ast.parse(cell.source)):
                 if isinstance(node, ast.Assert):
                     assert node.msg is not None, ast.unparse(node)
+
+
+def run_without_nbgrader(module, *arguments):
+    """Run a module in a process of its own, in which nbgrader is not installed."""
+    code = (
+        f"import runpy, sys; sys.argv = {['', *arguments]}; sys.modules['nbgrader'] = None; "
+        f"sys.path[0] = {str(FOLDER)!r}; runpy.run_module({module!r}, run_name='__main__')"
+    )
+    told = {"cwd": FOLDER.parent.parent, "capture_output": True, "text": True}
+    return subprocess.run([sys.executable, "-c", code], check=False, **told)
+
+
+def test_without_nbgrader_only_tests_that_grade_are_skipped():
+    own = "releases_are_the_same or a_mistake_costs or lecturer_s_first or test_seeds"
+    files = ("tests/test_assignments.py", "tests/test_first_week.py")
+    done = run_without_nbgrader("pytest", "-n0", "-rs", "-k", own, *files)
+    assert done.returncode == 0, done.stdout
+    assert "grading needs it: pip install -r notebooks/assignments/requirements.txt" in done.stdout
+    assert f" 1 passed, {len(MISTAKES) + 2} skipped, " in done.stdout
+
+
+@pytest.mark.parametrize("command", ["release", "grade", "report", "forget"])
+def test_without_nbgrader_a_lecturer_is_told_what_to_install(command):
+    done = run_without_nbgrader("grade", command, "here")
+    assert done.returncode == 1
+    assert done.stderr.endswith("pip install -r notebooks/assignments/requirements.txt\n")
 
 
 def test_every_mistake_belongs_to_a_set():

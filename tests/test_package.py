@@ -3,16 +3,33 @@ import os
 import re
 import subprocess
 import sys
-from importlib.metadata import version
+from importlib.metadata import distribution, version
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import freeseg as fs
 from freeseg import errors
 
 ROOT = Path(__file__).parent.parent
-REQUIREMENTS = (ROOT / "environment.txt").read_text(encoding="utf-8")
+#: What a reader installs, and what a lecturer and the tests of the assignments need besides.
+READER = (ROOT / "environment.txt").read_text(encoding="utf-8")
+LECTURER = (ROOT / "notebooks/assignments/requirements.txt").read_text(encoding="utf-8")
+#: What of a reader's environment adds to JupyterLab: in the browser, and in its server.
+LAB_EXTENSIONS = {
+    "@jupyter-widgets/jupyterlab-manager",
+    "jupyter-matplotlib",
+    "jupyterlab_pygments",
+}
+SERVER_EXTENSIONS = {
+    "jupyter-lsp-jupyter-server",
+    "jupyter_server_terminals",
+    "jupyterlab",
+    "notebook_shim",
+}
 #: What the collection uses itself; all other requirements are what these pull in.
 DIRECT = [
     "build",
@@ -26,11 +43,13 @@ DIRECT = [
     "jupyterlab",
     "matplotlib",
     "mypy",
-    "nbgrader",
     "nbmake",
+    "numba",
     "numpy",
+    "pillow",
     "pytest",
     "pytest-xdist",
+    "pyyaml",
     "ruff",
     "scipy",
     "setuptools",
@@ -40,9 +59,28 @@ DIRECT = [
 ]
 
 
-def requirement_lines():
-    lines = [line.strip() for line in REQUIREMENTS.splitlines()]
+def requirement_lines(text=READER):
+    lines = [line.strip() for line in text.splitlines()]
     return [line for line in lines if line and not line.startswith("#")]
+
+
+def pinned(text):
+    """Names of the packages that are pinned for this system."""
+    pins = [Requirement(line.split("#")[0]) for line in requirement_lines(text) if "==" in line]
+    return {pin.name for pin in pins if pin.marker is None or pin.marker.evaluate()}
+
+
+def pulled_in(names):
+    """Names of packages with those of all that they require, as installed."""
+    found, left = set(), {(name, "") for name in names}
+    while left:
+        name, extra = left.pop()
+        found.add((name, extra))
+        for requirement in map(Requirement, distribution(name).requires or ()):
+            if requirement.marker is None or requirement.marker.evaluate({"extra": extra}):
+                new = {(canonicalize_name(requirement.name), e) for e in ("", *requirement.extras)}
+                left |= new - found
+    return {name for name, _ in found}
 
 
 @pytest.mark.parametrize("slow", ["IPython", "casadi", "control", "joblib", "matplotlib", "sympy"])
@@ -119,7 +157,9 @@ def test_trapped_carries_the_steps():
 def test_every_requirement_is_an_exact_pin():
     *pins, last = requirement_lines()
     assert last == "-e ."
-    for line in pins:
+    first, *more = requirement_lines(LECTURER)
+    assert first == "-r ../../environment.txt"
+    for line in pins + more:
         requirement = line.split("#")[0].strip()
         assert re.fullmatch(
             r"[a-z0-9-]+==[0-9][0-9a-z.]*( ; [a-z_]+ [<=>!]+ '[^']+')?", requirement
@@ -127,8 +167,27 @@ def test_every_requirement_is_an_exact_pin():
 
 
 def test_no_requirement_is_there_twice():
-    names = [line.split("==")[0] for line in requirement_lines()]
+    names = [line.split("==")[0] for line in requirement_lines() + requirement_lines(LECTURER)]
     assert len(set(names)) == len(names)
+
+
+def test_all_that_the_packages_of_a_reader_pull_in_is_pinned():
+    assert pulled_in({*DIRECT, "freeseg"}) == pinned(READER) | {"freeseg"}
+
+
+def test_lecturers_add_nbgrader_and_what_it_alone_pulls_in():
+    if not find_spec("nbgrader"):
+        pytest.skip("nbgrader is not here: pip install -r notebooks/assignments/requirements.txt")
+    assert pulled_in({"nbgrader"}) - pinned(READER) == pinned(LECTURER)
+
+
+def test_a_reader_s_jupyterlab_shows_nothing_but_what_the_notebooks_need():
+    files = [file.as_posix() for name in pinned(READER) for file in distribution(name).files]
+    text = "\n".join(sorted(files))
+    found = re.findall(r"share/jupyter/labextensions/(.+)/package\.json$", text, re.M)
+    assert set(found) == LAB_EXTENSIONS
+    found = re.findall(r"etc/jupyter/jupyter_server_config\.d/(.+)\.json$", text, re.M)
+    assert set(found) == SERVER_EXTENSIONS
 
 
 @pytest.mark.parametrize("name", DIRECT)

@@ -23,18 +23,26 @@ import sys
 import warnings
 from contextlib import suppress
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from uuid import uuid4
 
 import nbformat
 from IPython.core.inputtransformer2 import TransformerManager
+from tqdm import tqdm
+from traitlets.config import PyFileConfigLoader
+
+if find_spec("nbgrader") is None:
+    raise SystemExit(
+        "nbgrader, which grades, is not installed; in the folder of the collection's README, run: "
+        "pip install -r notebooks/assignments/requirements.txt"
+    )
+
 from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.converters import Autograde, GenerateAssignment, GenerateFeedback
 from nbgrader.coursedir import CourseDirectory
 from nbgrader.utils import capture_log
-from tqdm import tqdm
-from traitlets.config import PyFileConfigLoader
 
 HERE = Path(__file__).resolve().parent
 COLUMNS = ["set", "student", "score", "max_score", "to_grade_by_hand", "remarks"]
