@@ -43,6 +43,7 @@ RESERVED = {
     "casadi": "freeseg.trackers.mpc",
     "control": None,
     "joblib": "freeseg.studies.runner",
+    "numba": "freeseg.planners.route",
     "IPython": "freeseg.display",
 }
 
