@@ -8,6 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from freeseg import checks
 from freeseg.errors import InvalidData
 
 #: Where the files are: ``data/`` of the collection, which is installed with the package.
@@ -37,7 +38,7 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
         Where the file or a column is missing, the file has no row, or a value
         is absent or not a finite number; file, row and value are named.
     """
-    path = Path(path)
+    path = checks.file("path", path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
@@ -81,8 +82,25 @@ def write_csv(path: str | PathLike[str], rows: Sequence[Mapping[str, Any]]) -> N
         The file.
     rows : sequence of dict
         One dict a row, all with the same columns.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be written, and for no rows, or rows of
+        different columns.
     """
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    path = checks.file("path", path)
+    rows = checks.instances("rows", rows, Mapping, "one dict a row", InvalidData)
+    if not rows or any(row.keys() != rows[0].keys() for row in rows):
+        raise InvalidData(
+            f"rows is {checks.shown(rows)}; give one or more, all with the same columns"
+        )
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0])
+            writer.writeheader()
+            writer.writerows(rows)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InvalidData(
+            f"{path} cannot be written ({error}); give a file in a folder that exists"
+        ) from error

@@ -120,7 +120,7 @@ def tune(name: str, seed: int, budget: int = BUDGET) -> tuple[dict[str, float], 
     checks.choice("tracker", name, RANGES)
     seed, budget = checks.whole("seed", seed), checks.whole("budget", budget)
     if budget < POPULATION or budget % POPULATION:
-        raise InvalidParameter(f"budget is {budget!r}; give a multiple of {POPULATION}")
+        raise InvalidParameter(f"budget is {checks.shown(budget)}; give a multiple of {POPULATION}")
     # Imported here: they take long, and only this function needs them.
     from scipy.optimize import differential_evolution
     from scipy.stats import qmc
