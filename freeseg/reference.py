@@ -128,16 +128,14 @@ class Reference:
         found = _contradiction(self.t, self.pose, self.v, self.omega)
         if not found:
             return
-        in_degrees = np.stack([self.pose[0], self.pose[1], np.unwrap(np.radians(headings))])
+        in_degrees = np.stack([*self.pose[:2], np.unwrap(np.radians(headings))])
+        remedy = "give the velocities of these poses"
         if not _contradiction(self.t, in_degrees, self.v, self.omega):
-            raise InvalidParameter(
-                f"reference pose has headings up to {np.abs(headings).max():.6g}, which look like "
-                "degrees: only so do they make its velocities; give radians"
-            )
+            remedy = "its headings look like degrees, give radians"
         signal, unit, worst, rate, driven = found
         raise InvalidParameter(
             f"reference {signal} is {rate:.6g} {unit} at {self.t[worst]:.3f} s, but there its "
-            f"poses make {driven:.6g} {unit}; give the velocities of these poses"
+            f"poses make {driven:.6g} {unit}; {remedy}"
         )
 
     def __repr__(self) -> str:

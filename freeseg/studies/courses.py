@@ -125,7 +125,8 @@ def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Cours
     Raises
     ------
     InvalidParameter
-        For a number from 1 to `MOST_COURSES`, a seed, or a speed that is none.
+        For less than one course or over `MOST_COURSES`, what is no seed, or no
+        speed that the robot can drive at.
     """
     courses, seed = _how_many("courses", courses, MOST_COURSES), checks.whole("seed", seed)
     return _random_courses(courses, seed, checks.positive("speed", speed))
@@ -193,7 +194,7 @@ def spread_offsets(robots: int, seed: int) -> np.ndarray:
     Raises
     ------
     InvalidParameter
-        For a number from 1 to `MOST_ROBOTS`, or a seed, that is none.
+        For less than one robot or over `MOST_ROBOTS`, or what is no seed.
     """
     robots, seed = _how_many("robots", robots, MOST_ROBOTS), checks.whole("seed", seed)
     from scipy.stats import qmc

@@ -78,9 +78,8 @@ def separated(intervals: Mapping[str, tuple[float, float]]) -> list[tuple[str, s
     for name, ends in intervals.items():
         low, high = checks.numbers(f"interval of {checks.shown(name)}", ends, 2)
         if low > high:
-            raise InvalidParameter(
-                f"interval of {checks.shown(name)} is {checks.shown(ends)}; give the lower end first"
-            )
+            what = f"interval of {checks.shown(name)}"
+            raise InvalidParameter(f"{what} is {checks.shown(ends)}; give the lower end first")
     return [
         (lower, upper)
         for lower, (_, high) in intervals.items()
