@@ -14,6 +14,9 @@ from freeseg.errors import InvalidData
 #: Where the files are: ``data/`` of the collection, which is installed with the package.
 DATA = Path(str(files("freeseg._data")))
 
+#: What a column of each type has in its rows.
+WANTED = {str: "some text", int: "a whole number", float: "a finite number"}
+
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dict[str, Any]]:
     """Rows of a CSV file, with every value checked and converted.
@@ -39,6 +42,12 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
         is absent or not a finite number; file, row and value are named.
     """
     path = checks.file("path", path)
+    checks.instance("columns", columns, Mapping, "a dict of column name to type", InvalidData)
+    for name, kind in columns.items():
+        if kind not in WANTED:
+            raise InvalidData(
+                f"columns has {checks.shown(kind)} for {checks.shown(name)}; give str, int or float"
+            )
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
@@ -60,9 +69,8 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
             if not (value.strip() if kind is str else math.isfinite(value)):
                 raise ValueError
         except (TypeError, ValueError, OverflowError):
-            wanted = {str: "some text", int: "a whole number", float: "a finite number"}[kind]
             raise InvalidData(
-                f"{path.name}, row {row}, column {name!r}: {text!r} is not {wanted}"
+                f"{path.name}, row {row}, column {name!r}: {text!r} is not {WANTED[kind]}"
             ) from None
         return value
 

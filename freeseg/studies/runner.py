@@ -6,6 +6,9 @@ from typing import TypeVar
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 
+#: No machine has more cores.
+MOST_JOBS = 10_000
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -37,8 +40,11 @@ def run(
     """
     checks.function("function", function, "function(case)", None)
     jobs = checks.whole("jobs", jobs, -1, "a whole number of processes, or -1 for all cores")
-    if jobs == 0:
-        raise InvalidParameter("jobs is 0; give a number of processes, or -1 for all cores")
+    if not (jobs == -1 or 0 < jobs <= MOST_JOBS):
+        raise InvalidParameter(
+            f"jobs is {checks.shown(jobs)}; give a number of processes up to {MOST_JOBS}, or -1 "
+            "for all cores"
+        )
     if isinstance(cases, str | bytes) or not isinstance(cases, Iterable):
         raise InvalidParameter(f"cases is {checks.shown(cases)}; give a list of them")
     if jobs == 1:
