@@ -303,10 +303,12 @@ def indices(name: str, values: Any, count: int, what: str) -> tuple[int, ...]:
     return found
 
 
-def function(name: str, value: Any, remedy: str, *arguments: object) -> Callable[..., Any]:
+def function(
+    name: str, value: Any, remedy: str, *arguments: object, **named: object
+) -> Callable[..., Any]:
     """`value`; `InvalidParameter` for what cannot be called with such arguments."""
     try:
-        inspect.signature(value).bind(*arguments)
+        inspect.signature(value).bind(*arguments, **named)
     except TypeError:
         raise InvalidParameter(f"{name} is {shown(value)}; give {remedy}") from None
     except ValueError:

@@ -196,6 +196,12 @@ class Robot:
         wheels = checks.signal("wheels", wheels, WHEELS, 2)
         previous = checks.signal("previous", previous, WHEELS, 2)
         checks.together(wheels=wheels.shape[1:], previous=previous.shape[1:])
+        # Both wheels first, then as many axes each: else a pair could stand for two robots.
+        axes = max(wheels.ndim, previous.ndim)
+        wheels, previous = (
+            np.expand_dims(speeds, tuple(range(1, 1 + axes - speeds.ndim)))
+            for speeds in (wheels, previous)
+        )
         return reached_speeds(self, wheels, previous, checks.not_negative("dt", dt))
 
     def move(self, pose: ArrayLike, wheels: ArrayLike, dt: float) -> np.ndarray:

@@ -90,7 +90,7 @@ def make_course(
         raises.
     """
     checks.instance("name", name, str, "a text")
-    checks.function("planner", planner, "one, such as fs.plan", world, start, goal)
+    checks.function("planner", planner, "one, such as fs.plan", world, start, goal, margin=0)
     made = check_plan(planner(world, start, goal, margin=WIDE_MARGIN))
     reference = make_reference(made.path, speed=speed, smoothing=SMOOTHING, world=world)
     worth = len(made.turning_points) >= TURNS and made.path.length >= LENGTH

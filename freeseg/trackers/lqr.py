@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg import checks
+from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference
 from freeseg.robot import Robot
 from freeseg.trackers.feedback import REST, Law, check_gains, watch
@@ -99,7 +100,8 @@ class Lqr:
         Raises
         ------
         InvalidParameter
-            For what are no speeds, or a time step that is not positive.
+            For what are no speeds, a time step that is not positive, and numbers so
+            large that the gains overflow.
 
         Notes
         -----
@@ -110,6 +112,17 @@ class Lqr:
         """
         v_r = checks.signal("v_r", v_r, "speeds (m/s)")
         dt = checks.positive("dt", dt)
+        with np.errstate(over="ignore", invalid="ignore"):
+            k_x, k_y, k_alpha = self._gains(v_r, dt)
+        if not all(np.isfinite(gains).all() for gains in (k_x, k_y, k_alpha)):
+            raise InvalidParameter(
+                f"v_r is {checks.shown(v_r)} and dt {dt:g} s, for which the gains of {self} "
+                "overflow; give smaller weights, speeds or time steps"
+            )
+        return k_x, k_y, k_alpha
+
+    def _gains(self, v_r, dt):
+        """`gains` without its checks."""
         # At rest the gains have a limit but no formula.
         step = np.maximum(v_r, REST) * dt * dt
         a, b = self.q_alpha * dt * dt, self.q_y * step * step
