@@ -117,7 +117,7 @@ def pair(name: str, value: Any, valid: Callable[[float], bool], remedy: str) -> 
     name, value, valid, remedy
         As for `number`.
     """
-    several = isinstance(value, tuple | list) or getattr(value, "ndim", 0)
+    several = isinstance(value, tuple | list) or getattr(value, "ndim", 0) > 0
     first, second = map(as_float, value if several and len(value) == 2 else (value, value))
     if not all(math.isfinite(found) and valid(found) for found in (first, second)):
         raise InvalidParameter(f"{name} is {shown(value)}; give {remedy}")

@@ -42,7 +42,7 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
         is absent or not a finite number; file, row and value are named.
     """
     path = checks.file("path", path)
-    checks.instance("columns", columns, Mapping, "a dict of column name to type", InvalidData)
+    checks.instance("columns", columns, Mapping, "a dict of column name to type", InvalidData)  # type: ignore[type-abstract]
     for name, kind in columns.items():
         if kind not in WANTED:
             raise InvalidData(

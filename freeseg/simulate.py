@@ -74,24 +74,30 @@ class Run:
 
     def __post_init__(self):
         checks.instance("robot", self.robot, Robot, "the Robot that was driven")
-        t, pose = (
-            checks.real(f"run {name}", getattr(self, name), "numbers") for name in ("t", "pose")
-        )
+        t, pose = self._signal("t", None), self._signal("pose", None)
         if t.ndim != 1 or len(t) < 2 or not (np.diff(t) > 0).all():
             raise InvalidParameter(f"run t is {checks.shown(self.t)}; give increasing times (s)")
         if pose.ndim not in (2, 3):
             raise InvalidParameter(f"run pose has shape {pose.shape}; give (3, N) or (3, n, N)")
         robots = pose.shape[1:-1]
         for name, rows, batch in SIGNALS_OF_RUN:
-            given = getattr(self, name)
-            if given is None and name in ("reference", "error"):
-                continue
-            shape = (rows, *(robots if batch else ()), len(t))
-            found = checks.real(f"run {name}", given, f"numbers of shape {shape}")
-            if found.shape != shape or not np.isfinite(found).all():
-                raise InvalidParameter(
-                    f"run {name} has shape {found.shape}; give finite numbers of shape {shape}"
-                )
+            if getattr(self, name) is not None or name not in ("reference", "error"):
+                self._signal(name, (rows, *(robots if batch else ()), len(t)))
+
+    def _signal(self, name, shape):
+        """Make a field a read-only array of a shape, or of any for None; or raise."""
+        given = getattr(self, name)
+        if not isinstance(given, np.ndarray) or given.dtype != float:
+            given = checks.real(f"run {name}", given, "an array of numbers").astype(float)
+        if given.flags.writeable:
+            given = read_only(given.copy())
+        object.__setattr__(self, name, given)
+        if shape and given.shape != shape:
+            raise InvalidParameter(f"run {name} has shape {given.shape}; give {shape}")
+        # Their sum is finite where all are, unless it overflows, and costs a batch less.
+        if shape and not isfinite(given.sum()) and not np.isfinite(given).all():
+            raise InvalidParameter(f"run {name} is not finite; give finite numbers")
+        return given
 
     def __repr__(self):
         robots = "one robot" if self.pose.ndim == 2 else f"{self.pose.shape[1]} robots"

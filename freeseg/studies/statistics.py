@@ -74,7 +74,7 @@ def separated(intervals: Mapping[str, tuple[float, float]]) -> list[tuple[str, s
     InvalidParameter
         For what are no intervals.
     """
-    checks.instance("intervals", intervals, Mapping, "a dict of name to (low, high)")
+    checks.instance("intervals", intervals, Mapping, "a dict of name to (low, high)")  # type: ignore[type-abstract]
     for name, ends in intervals.items():
         low, high = checks.numbers(f"interval of {checks.shown(name)}", ends, 2)
         if low > high:

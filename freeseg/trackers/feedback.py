@@ -167,6 +167,6 @@ def follow_limits(
     return send
 
 
-def winds_up(step: ArrayLike, excess: ArrayLike) -> np.ndarray:
+def winds_up(step: float | np.ndarray, excess: float | np.ndarray) -> bool | np.ndarray:
     """Whether a step of an integral only pushes further what a limit cuts off already."""
     return step * excess > NO_EXCESS
