@@ -206,6 +206,15 @@ def signal(name: str, values: object, remedy: str, rows: int | None = None) -> n
     return found
 
 
+def times(name: str, values: object) -> np.ndarray:
+    """`values` as an array of finite times (s) from zero on; `InvalidParameter` otherwise."""
+    remedy = "a time (s), zero or more"
+    found = signal(name, values, remedy)
+    if (found < 0).any():
+        raise InvalidParameter(f"{name} is {shown(values)}; give {remedy}")
+    return found
+
+
 def together(**shapes: tuple[int, ...]) -> None:
     """Raise `InvalidParameter` unless arrays of these shapes broadcast."""
     try:

@@ -168,7 +168,7 @@ class Robot:
         """
         return body_velocity(self, checks.signal("wheels", wheels, WHEELS, 2))
 
-    def saturate(self, wheels: ArrayLike, previous: ArrayLike, dt: float) -> np.ndarray:
+    def saturate(self, wheels: ArrayLike, previous: ArrayLike, dt: ArrayLike) -> np.ndarray:
         """Wheel speeds that the motors get to within one time step.
 
         A command above the speed limit is scaled down as a whole, so that
@@ -179,7 +179,7 @@ class Robot:
         ----------
         wheels, previous : array_like, shape (2, ...)
             Commanded and present right and left wheel speed (m/s).
-        dt : float
+        dt : float, or array_like of shape (...)
             Time step (s).
 
         Returns
@@ -195,16 +195,17 @@ class Robot:
         """
         wheels = checks.signal("wheels", wheels, WHEELS, 2)
         previous = checks.signal("previous", previous, WHEELS, 2)
-        checks.together(wheels=wheels.shape[1:], previous=previous.shape[1:])
+        dt = checks.times("dt", dt)
+        checks.together(wheels=wheels.shape[1:], previous=previous.shape[1:], dt=dt.shape)
         # Both wheels first, then as many axes each: else a pair could stand for two robots.
-        axes = max(wheels.ndim, previous.ndim)
+        axes = max(wheels.ndim, previous.ndim, 1 + dt.ndim)
         wheels, previous = (
             np.expand_dims(speeds, tuple(range(1, 1 + axes - speeds.ndim)))
             for speeds in (wheels, previous)
         )
-        return reached_speeds(self, wheels, previous, checks.not_negative("dt", dt))
+        return reached_speeds(self, wheels, previous, dt)
 
-    def move(self, pose: ArrayLike, wheels: ArrayLike, dt: float) -> np.ndarray:
+    def move(self, pose: ArrayLike, wheels: ArrayLike, dt: ArrayLike) -> np.ndarray:
         """Pose after driving with constant wheel speeds: an exact arc.
 
         The solution of equation (1) for constant wheel speeds; the chord of
@@ -217,7 +218,7 @@ class Robot:
             x, y (m) and heading (rad).
         wheels : array_like, shape (2, ...)
             Right and left wheel speed (m/s).
-        dt : float
+        dt : float, or array_like of shape (...)
             Time (s).
 
         Returns
@@ -233,8 +234,9 @@ class Robot:
         """
         pose = checks.signal("pose", pose, "x, y (m) and heading (rad)", 3)
         wheels = checks.signal("wheels", wheels, WHEELS, 2)
-        checks.together(pose=pose.shape[1:], wheels=wheels.shape[1:])
-        return moved_pose(self, pose, wheels, checks.not_negative("dt", dt))
+        dt = checks.times("dt", dt)
+        checks.together(pose=pose.shape[1:], wheels=wheels.shape[1:], dt=dt.shape)
+        return moved_pose(self, pose, wheels, dt)
 
 
 def wheel_speeds(robot: Robot, v: ArrayLike, omega: ArrayLike) -> np.ndarray:
@@ -249,7 +251,7 @@ def body_velocity(robot: Robot, wheels: ArrayLike) -> tuple[np.ndarray, np.ndarr
     return 0.5 * (right + left), (right - left) / robot.wheel_base
 
 
-def reached_speeds(robot: Robot, wheels: ArrayLike, previous: ArrayLike, dt: float) -> np.ndarray:
+def reached_speeds(robot: Robot, wheels: ArrayLike, previous: ArrayLike, dt: Any) -> np.ndarray:
     """`Robot.saturate` without its checks, for the laws and the loop."""
     wheels, previous = np.asarray(wheels, float), np.asarray(previous, float)
     fastest = np.maximum(np.abs(wheels[0]), np.abs(wheels[1]))
@@ -258,7 +260,7 @@ def reached_speeds(robot: Robot, wheels: ArrayLike, previous: ArrayLike, dt: flo
     return previous + np.clip(target - previous, -largest_change, largest_change)
 
 
-def moved_pose(robot: Robot, pose: ArrayLike, wheels: ArrayLike, dt: float) -> np.ndarray:
+def moved_pose(robot: Robot, pose: ArrayLike, wheels: ArrayLike, dt: Any) -> np.ndarray:
     """`Robot.move` without its checks, for the loop."""
     x, y, theta = np.asarray(pose)
     v, omega = body_velocity(robot, wheels)

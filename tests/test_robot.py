@@ -227,3 +227,11 @@ def test_two_robots_are_told_apart_by_what_differs(robot):
         fs.InvalidQuery, match=r"^world is <KheperaIV, 0\.1408 m wide>; give a World"
     ):
         fs.free_segments(robot)
+
+
+def test_times_may_be_many(robot):
+    times, wheels = np.linspace(0, 0.4, 5), (0.3, 0.1)
+    moved, reached = robot.move((0, 0, 0), wheels, times), robot.saturate(wheels, (0, 0), times)
+    for k, time in enumerate(times):
+        assert_array_equal(moved[:, k], robot.move((0, 0, 0), wheels, time))
+        assert_array_equal(reached[:, k], robot.saturate(wheels, (0, 0), time))
