@@ -310,7 +310,11 @@ class Path:
         """
         check_world(world)
         within = checks.real("within", within, "distances (m)")
-        checks.together(within=within.shape, obstacles=(len(world),))
+        if within.shape not in ((), (1,), (len(world),)):
+            raise InvalidParameter(
+                f"within has shape {within.shape}; give one distance (m), or one for each of the "
+                f"{len(world)} obstacles"
+            )
         if not len(world):
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         within = np.broadcast_to(within, len(world))

@@ -303,7 +303,7 @@ def as_robot(robot: Robot | None) -> Robot:
     if robot is None:
         return KheperaIV()
     remedy = "a Robot, such as fs.KheperaIV()"
-    if math.isfinite(number := checks.as_float(robot)):
+    if not isinstance(robot, Robot) and math.isfinite(number := checks.as_float(robot)):
         remedy += f", or name what the number is for, such as margin={number:g}"
     return checks.instance("robot", robot, Robot, remedy)
 
