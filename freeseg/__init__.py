@@ -20,7 +20,8 @@ from freeseg.errors import (
     Trapped,
 )
 from freeseg.paper import load_cases, load_table
-from freeseg.path import Path
+from freeseg.path import Arc, Line, Path
+from freeseg.plan import Plan, Planner
 from freeseg.planners import (
     literal_plan,
     nearest_free,
@@ -30,10 +31,10 @@ from freeseg.planners import (
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
-from freeseg.reference import make_reference, tracking_error
+from freeseg.reference import Reference, make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
 from freeseg.segments import free_segments
-from freeseg.simulate import drive, simulate
+from freeseg.simulate import Run, drive, simulate
 from freeseg.trackers import (
     FeedbackLinearisation,
     Fuzzy,
@@ -45,6 +46,7 @@ from freeseg.trackers import (
     Stanley,
     SuperTwisting,
 )
+from freeseg.trackers.feedback import Law, Tracker
 from freeseg.world import Disc, Polygon, World
 
 __version__ = "0.1.0"
@@ -59,6 +61,7 @@ _LAZY = {
 }
 
 __all__ = [
+    "Arc",
     "Disc",
     "Disturbance",
     "FeedbackLinearisation",
@@ -70,18 +73,25 @@ __all__ = [
     "InvalidWorld",
     "Kanayama",
     "KheperaIV",
+    "Law",
+    "Line",
     "Lqr",
     "Mpc",
     "NoPath",
     "Path",
     "Pid",
+    "Plan",
+    "Planner",
     "Polygon",
     "PurePursuit",
+    "Reference",
     "Robot",
+    "Run",
     "SlidingMode",
     "SolverFailed",
     "Stanley",
     "SuperTwisting",
+    "Tracker",
     "Trapped",
     "World",
     "display",

@@ -5,20 +5,27 @@ error that names the value and the remedy. NumPy's scalars are numbers; texts an
 bools are not. Zero is a value, unless it makes no sense.
 """
 
+import dataclasses
+import inspect
 import math
 import operator
 from collections.abc import Callable, Collection
+from os import PathLike
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freeseg.errors import FreesegError, InvalidParameter
+from freeseg.errors import FreesegError, InvalidData, InvalidParameter
 
 Kind = TypeVar("Kind")
 
 #: Longer values are cut in messages, so that the remedy is read.
 LONGEST = 200
+
+#: No signal of a robot is larger, and the product of larger ones would overflow.
+LARGEST = 1e100
 
 #: Texts, with those whose characters are whole numbers to Python.
 TEXTS = (str, bytes, bytearray, memoryview)
@@ -28,9 +35,10 @@ NO_NUMBERS = (*TEXTS, bool, np.bool_, complex, np.complexfloating)
 
 
 def shown(value: object) -> str:
-    """What a message shows of a value: its `repr`, cut where that is long."""
+    """What a message shows of a value: its `repr`, or `str` if shorter, cut where that is long."""
     try:
-        text = repr(value)
+        # Of dataclasses, `str` is `repr` unless they say themselves what is enough.
+        text = str(value) if dataclasses.is_dataclass(value) else repr(value)
     except ValueError:
         # Python prints no whole number of more than some thousand digits.
         return f"<{type(value).__name__} too long to print>"
@@ -101,6 +109,21 @@ def numbers(
     return found
 
 
+def pair(name: str, value: Any, valid: Callable[[float], bool], remedy: str) -> tuple[float, float]:
+    """`value` as a pair of floats, for which one number may stand; or `InvalidParameter`.
+
+    Parameters
+    ----------
+    name, value, valid, remedy
+        As for `number`.
+    """
+    several = isinstance(value, tuple | list) or getattr(value, "ndim", 0) > 0
+    first, second = map(as_float, value if several and len(value) == 2 else (value, value))
+    if not all(math.isfinite(found) and valid(found) for found in (first, second)):
+        raise InvalidParameter(f"{name} is {shown(value)}; give {remedy}")
+    return first, second
+
+
 def whole(name: str, value: Any, least: int = 0, remedy: str | None = None) -> int:
     """`value` as an int; `InvalidParameter` unless whole and at least `least`."""
     try:
@@ -160,6 +183,48 @@ def real(name: str, values: object, remedy: str) -> np.ndarray:
     if found.dtype.kind not in "iuf" or np.isnan(found).any():
         raise InvalidParameter(f"{name} is {shown(values)}; give {remedy}")
     return found
+
+
+def signal(name: str, values: object, remedy: str, rows: int | None = None) -> np.ndarray:
+    """`values` as an array of finite numbers that come first component by component.
+
+    Parameters
+    ----------
+    name, values, remedy
+        As for `real`.
+    rows : int, optional
+        How many components; by default the array may have any shape.
+
+    Raises
+    ------
+    InvalidParameter
+        For anything else, and for numbers beyond `LARGEST`.
+    """
+    found = real(name, values, remedy)
+    if not (np.abs(found) <= LARGEST).all() or (rows and found.shape[:1] != (rows,)):
+        raise InvalidParameter(f"{name} is {shown(values)}; give {remedy}, finite")
+    return found
+
+
+def times(name: str, values: object) -> np.ndarray:
+    """`values` as an array of finite times (s) from zero on; `InvalidParameter` otherwise."""
+    remedy = "a time (s), zero or more"
+    found = signal(name, values, remedy)
+    if (found < 0).any():
+        raise InvalidParameter(f"{name} is {shown(values)}; give {remedy}")
+    return found
+
+
+def together(**shapes: tuple[int, ...]) -> None:
+    """Raise `InvalidParameter` unless arrays of these shapes broadcast."""
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        told = " and ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise InvalidParameter(
+            f"{told} do not belong together: these are the shapes that remain for the robots; "
+            "give as many of each, or one"
+        ) from None
 
 
 def array(
@@ -234,3 +299,36 @@ def seed(value: Any) -> tuple[int, int]:
             "the seed, and the index of the first robot"
         ) from None
     return entropy, first
+
+
+def indices(name: str, values: Any, count: int, what: str) -> tuple[int, ...]:
+    """`values` as a tuple of indices below `count`; `InvalidParameter` for anything else."""
+    try:
+        found = tuple(whole(name, value) for value in values)
+    except (TypeError, InvalidParameter):
+        found = (count,)
+    if any(index >= count for index in found):
+        raise InvalidParameter(f"{name} is {shown(values)}; give indices of {what}, below {count}")
+    return found
+
+
+def function(
+    name: str, value: Any, remedy: str, *arguments: object, **named: object
+) -> Callable[..., Any]:
+    """`value`; `InvalidParameter` for what cannot be called with such arguments."""
+    try:
+        inspect.signature(value).bind(*arguments, **named)
+    except TypeError:
+        raise InvalidParameter(f"{name} is {shown(value)}; give {remedy}") from None
+    except ValueError:
+        # What is written in C need not say what it takes.
+        pass
+    return value
+
+
+def file(name: str, value: str | PathLike[str]) -> Path:
+    """`value` as the path of a file, or `InvalidData`."""
+    try:
+        return Path(value)
+    except TypeError:
+        raise InvalidData(f"{name} is {shown(value)}; give the path of a file") from None

@@ -8,10 +8,14 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from freeseg import checks
 from freeseg.errors import InvalidData
 
 #: Where the files are: ``data/`` of the collection, which is installed with the package.
 DATA = Path(str(files("freeseg._data")))
+
+#: What a column of each type has in its rows.
+WANTED = {str: "some text", int: "a whole number", float: "a finite number"}
 
 
 def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dict[str, Any]]:
@@ -37,7 +41,13 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
         Where the file or a column is missing, the file has no row, or a value
         is absent or not a finite number; file, row and value are named.
     """
-    path = Path(path)
+    path = checks.file("path", path)
+    checks.instance("columns", columns, Mapping, "a dict of column name to type", InvalidData)  # type: ignore[type-abstract]
+    for name, kind in columns.items():
+        if kind not in WANTED:
+            raise InvalidData(
+                f"columns has {checks.shown(kind)} for {checks.shown(name)}; give str, int or float"
+            )
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
@@ -59,9 +69,8 @@ def read_csv(path: str | PathLike[str], columns: Mapping[str, type]) -> list[dic
             if not (value.strip() if kind is str else math.isfinite(value)):
                 raise ValueError
         except (TypeError, ValueError, OverflowError):
-            wanted = {str: "some text", int: "a whole number", float: "a finite number"}[kind]
             raise InvalidData(
-                f"{path.name}, row {row}, column {name!r}: {text!r} is not {wanted}"
+                f"{path.name}, row {row}, column {name!r}: {text!r} is not {WANTED[kind]}"
             ) from None
         return value
 
@@ -81,8 +90,25 @@ def write_csv(path: str | PathLike[str], rows: Sequence[Mapping[str, Any]]) -> N
         The file.
     rows : sequence of dict
         One dict a row, all with the same columns.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be written, and for no rows, or rows of
+        different columns.
     """
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    path = checks.file("path", path)
+    rows = checks.instances("rows", rows, Mapping, "one dict a row", InvalidData)
+    if not rows or any(row.keys() != rows[0].keys() for row in rows):
+        raise InvalidData(
+            f"rows is {checks.shown(rows)}; give one or more, all with the same columns"
+        )
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0])
+            writer.writeheader()
+            writer.writerows(rows)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InvalidData(
+            f"{path} cannot be written ({error}); give a file in a folder that exists"
+        ) from error

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import exp, expm1, isclose, isfinite
+from math import exp, expm1, isclose
 
 import numpy as np
 
@@ -86,14 +86,9 @@ class Disturbance:
 
     def _check_pair(self, name, valid, bounds):
         """Make a field a pair of floats, right and left; one number stands for both."""
-        given = getattr(self, name)
-        several = isinstance(given, tuple | list) or getattr(given, "ndim", 0)
-        pair = given if several and len(given) == 2 else (given, given)
         remedy = f"a finite number, or a pair of them, {bounds}"
-        pair = tuple(map(checks.as_float, pair))
-        if not all(isfinite(found) and valid(found) for found in pair):
-            raise InvalidParameter(f"disturbance.{name} is {checks.shown(given)}; give {remedy}")
-        object.__setattr__(self, name, pair)
+        found = checks.pair(f"disturbance.{name}", getattr(self, name), valid, remedy)
+        object.__setattr__(self, name, found)
 
     @property
     def noisy(self) -> bool:
@@ -111,8 +106,10 @@ class Disturbance:
         Raises
         ------
         InvalidParameter
-            For a delay that is not a whole number of them.
+            For a delay that is not a whole number of them, or a time step that
+            is not positive.
         """
+        dt = checks.positive("dt", dt)
         steps = np.rint(self.delay / dt)
         if not isclose(steps * dt, self.delay, rel_tol=1e-6):
             raise InvalidParameter(
@@ -134,7 +131,13 @@ class Disturbance:
         -------
         mean, end : float
             On average over the step, and at its end.
+
+        Raises
+        ------
+        InvalidParameter
+            For a time step that is not positive.
         """
+        dt = checks.positive("dt", dt)
         if not self.lag:
             return 0.0, 0.0
         return -expm1(-dt / self.lag) * self.lag / dt, exp(-dt / self.lag)

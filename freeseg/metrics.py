@@ -5,7 +5,7 @@ import shapely
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.plan import Plan
+from freeseg.plan import Plan, check_plan
 from freeseg.simulate import Run
 from freeseg.world import World, check_world
 
@@ -32,9 +32,13 @@ def planning(world: World, plan: Plan) -> dict[str, float]:
         ``length_m``, ``clearance_m`` (centre line to the nearest obstacle),
         ``turns``, ``safe_segments``, ``danger_segments`` and ``repairs``, the
         steps that solved a danger problem of the path first planned.
+
+    Raises
+    ------
+    InvalidParameter, InvalidQuery
+        For what is no plan, no world, or another one than was planned in.
     """
-    check_world(world)
-    checks.instance("plan", plan, Plan, "what a planner returned")
+    check_plan(plan, check_world(world))
     safe = sum(segment.safe for segment in plan.segments)
     return {
         "length_m": plan.path.length,

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from os import PathLike
-from pathlib import Path as FilePath
 from typing import Any, Self
 
 import numpy as np
@@ -43,6 +42,11 @@ def _check(piece: "Line | Arc", **sizes: int) -> None:
         object.__setattr__(piece, name, found)
 
 
+def _arc_lengths(s: object) -> Any:
+    """`s` (m) as it was given; `InvalidParameter` unless it is finite numbers."""
+    return checks.signal("s", s, "arc lengths (m)")[()]
+
+
 @dataclass(frozen=True)
 class Line:
     """A straight piece of a path from `start` to `end` (m)."""
@@ -63,7 +67,11 @@ class Line:
         return math.dist(self.start, self.end)
 
     def at(self, s: float | np.ndarray) -> tuple[Any, Any, float]:
-        """Position and heading after `s` (m): x, y (m), theta (rad)."""
+        """Position and heading after `s` (m), an array or a number: x, y (m), theta (rad)."""
+        return self._at(_arc_lengths(s))
+
+    def _at(self, s: float | np.ndarray) -> tuple[Any, Any, float]:
+        """`at` without its check, for the paths."""
         theta = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
         return self.start[0] + s * math.cos(theta), self.start[1] + s * math.sin(theta), theta
 
@@ -107,17 +115,21 @@ class Arc:
     @property
     def start(self) -> tuple[float, float]:
         """First point (m)."""
-        x, y, _ = self.at(0.0)
+        x, y, _ = self._at(0.0)
         return float(x), float(y)
 
     @property
     def end(self) -> tuple[float, float]:
         """Last point (m)."""
-        x, y, _ = self.at(self.length)
+        x, y, _ = self._at(self.length)
         return float(x), float(y)
 
     def at(self, s: float | np.ndarray) -> tuple[Any, Any, Any]:
-        """Position and heading after `s` (m): x, y (m), theta (rad)."""
+        """Position and heading after `s` (m), an array or a number: x, y (m), theta (rad)."""
+        return self._at(_arc_lengths(s))
+
+    def _at(self, s: float | np.ndarray) -> tuple[Any, Any, Any]:
+        """`at` without its check, for the paths."""
         angle = self.start_angle + self.curvature * s
         x, y = self.center
         return (
@@ -151,14 +163,18 @@ class Path:
         if not self.pieces:
             raise InvalidParameter("pieces is empty; a path needs at least one piece")
         for before, after in zip(self.pieces, self.pieces[1:], strict=False):
-            x, y, theta = before.at(before.length)
-            next_x, next_y, next_theta = after.at(0.0)
+            x, y, theta = before._at(before.length)
+            next_x, next_y, next_theta = after._at(0.0)
             kink = math.remainder(next_theta - theta, 2 * math.pi)
             # Round-off of metres and radians, with room; the ends of a short line give its heading
             # the less exactly, the farther out they are.
             blur = 8 * math.ulp(max(abs(x), abs(y))) / min(before.length, after.length)
             if math.hypot(next_x - x, next_y - y) > 1e-7 or abs(kink) > 1e-7 + blur:
-                raise InvalidParameter(f"{after} does not go on where, or as, {before} ends")
+                raise InvalidParameter(
+                    f"{after} does not go on where, or as, {before} ends, at "
+                    f"({x:.6g}, {y:.6g}) m in the direction of {theta:.6g} rad; join them by "
+                    "another piece, or round the kink with an Arc"
+                )
 
     def __repr__(self) -> str:
         return f"Path of {self.length:.3f} m in {len(self.pieces)} pieces"
@@ -210,8 +226,8 @@ class Path:
         heading = None
         for index, piece in enumerate(self.pieces):
             here = on == index
-            x[here], y[here], angle = piece.at(arc_length[here] - self.joints[index])
-            first, last = (piece.at(end)[2] for end in (0.0, piece.length))
+            x[here], y[here], angle = piece._at(arc_length[here] - self.joints[index])
+            first, last = (piece._at(end)[2] for end in (0.0, piece.length))
             whole_turns = 0.0 if heading is None else heading + wrap_angle(first - heading) - first
             theta[here] = angle + whole_turns
             heading = last + whole_turns
@@ -247,7 +263,7 @@ class Path:
         begin = 0
         for piece, count in zip(self.pieces, counts, strict=True):
             part = points[begin : begin + count]
-            part[:, 0], part[:, 1], _ = piece.at(np.arange(count) * (piece.length / count))
+            part[:, 0], part[:, 1], _ = piece._at(np.arange(count) * (piece.length / count))
             begin += count
         points[-1] = self.end
         return points
@@ -287,8 +303,21 @@ class Path:
             Indices of each pair, by piece.
         distance : ndarray, shape (k,)
             Distance (m), as in `distances`.
+
+        Raises
+        ------
+        InvalidQuery
+            For what is no world.
+        InvalidParameter
+            For what are not as many distances as obstacles, or one.
         """
         check_world(world)
+        within = checks.real("within", within, "distances (m)")
+        if within.shape not in ((), (1,), (len(world),)):
+            raise InvalidParameter(
+                f"within has shape {within.shape}; give one distance (m), or one for each of the "
+                f"{len(world)} obstacles"
+            )
         if not len(world):
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         within = np.broadcast_to(within, len(world))
@@ -375,10 +404,13 @@ class Path:
             for piece in self.pieces
         ]
         text = json.dumps({"unit": "m", "pieces": pieces}, indent=1) + "\n"
+        path = checks.file("file", file)
         try:
-            FilePath(file).write_text(text, encoding="utf-8")
-        except (OSError, TypeError) as error:
-            raise InvalidData(f"{file} cannot be written ({error})") from error
+            path.write_text(text, encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise InvalidData(
+                f"{file} cannot be written ({error}); give a file in a folder that exists"
+            ) from error
 
     @classmethod
     def load(cls, file: str | PathLike[str]) -> Self:
@@ -389,9 +421,9 @@ class Path:
         InvalidData
             For a file that is missing or is not such a path.
         """
-        kinds = {"Line": Line, "Arc": Arc}
+        kinds, path = {"Line": Line, "Arc": Arc}, checks.file("file", file)
         try:
-            saved = json.loads(FilePath(file).read_text(encoding="utf-8-sig"))
+            saved = json.loads(path.read_text(encoding="utf-8-sig"))
             if saved["unit"] != "m":
                 raise ValueError(f"its unit is {saved['unit']!r}, not 'm'")
             return cls([kinds[piece.pop("kind")](**piece) for piece in saved["pieces"]])

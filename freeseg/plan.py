@@ -5,12 +5,15 @@ from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
+from freeseg import checks
+from freeseg.errors import InvalidParameter
 from freeseg.path import Path
 from freeseg.robot import Robot
 from freeseg.segments import MARGIN, Endpoint, FreeSegment
-from freeseg.world import World
+from freeseg.world import World, check_world
 
 
 class StepKind(StrEnum):
@@ -180,6 +183,11 @@ class Plan:
         No path that keeps the margin is shorter (m), as the search for it
         proved: for an optimum, the path's length. None where nothing was
         proved.
+
+    Raises
+    ------
+    InvalidParameter, InvalidQuery
+        For what is not of these types.
     """
 
     path: Path
@@ -190,6 +198,19 @@ class Plan:
     margin: float
     world: World
     lower_bound: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.instance("path", self.path, Path, "a Path")
+        for name, kind in (
+            ("segments", FreeSegment),
+            ("turning_points", TurningPoint),
+            ("steps", Step),
+        ):
+            found = checks.instances(name, getattr(self, name), kind, f"{kind.__name__}s")
+            object.__setattr__(self, name, found)
+        checks.instance("robot", self.robot, Robot, "a Robot")
+        object.__setattr__(self, "margin", checks.not_negative("margin", self.margin))
+        check_world(self.world)
 
     def __repr__(self) -> str:
         return (
@@ -210,6 +231,32 @@ def turning_radius(robot: Robot, margin: float) -> float:
     narrowest safe segment.
     """
     return robot.radius + margin / 2
+
+
+def check_plan(plan: object, world: object = None) -> Plan:
+    """`plan`, or `InvalidParameter` for what is no plan, or one among other obstacles.
+
+    Parameters
+    ----------
+    plan : Plan
+        What a planner returned.
+    world : World, optional
+        Obstacles that it is drawn or measured among.
+    """
+    checked = checks.instance("plan", plan, Plan, "what a planner returned, such as fs.plan's")
+    if world is None or world is checked.world:
+        return checked
+    one, other = check_world(world), checked.world
+    if (
+        len(one) != len(other)
+        or (one.radii != other.radii).any()
+        or not shapely.equals(one.cores, other.cores).all()
+    ):
+        raise InvalidParameter(
+            f"plan is a {plan!r} in another world, a {other!r}, than the {one!r} given; give "
+            "plan.world, or plan again"
+        )
+    return checked
 
 
 class Planner(Protocol):

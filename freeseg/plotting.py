@@ -1,14 +1,20 @@
 """Pictures of worlds, plans and runs: one palette, ticks in mm and degrees.
 
 Every function draws on ``ax``, or on a new figure, and returns the axes. Data are
-in metres and radians, as everywhere; only the ticks count in mm and degrees.
+in metres and radians, as everywhere; only the ticks count in mm and degrees. What
+is no plane ``Axes``, or cannot be drawn, raises `InvalidParameter`; what is no
+world or no position, `InvalidQuery`.
 """
 
 import matplotlib.pyplot as plt
 import numpy as np
 import shapely
 from matplotlib.animation import FuncAnimation
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.collections import EllipseCollection, PathCollection, PolyCollection
+from matplotlib.colors import is_color_like
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch
 from matplotlib.patches import Polygon as PolygonPatch
 from matplotlib.path import Path as Outline
@@ -18,10 +24,11 @@ from matplotlib.ticker import AutoLocator, ScalarFormatter
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.path import Arc, Path
-from freeseg.plan import Plan, Step, StepKind
+from freeseg.plan import StepKind, check_plan
+from freeseg.robot import as_robot, contrast
 from freeseg.segments import FreeSegment
 from freeseg.simulate import Run
-from freeseg.world import Disc, Polygon, check_world
+from freeseg.world import Disc, Polygon, as_points, as_position, check_world
 
 #: The colour of each thing, everywhere; safe for the colour-blind.
 PALETTE = {
@@ -55,7 +62,7 @@ def count_in_mm(*axes):
         Such as ``ax.xaxis``; of lengths (m) or of speeds (m/s). Set a logarithmic
         scale first, for it brings its own ticks.
     """
-    for axis in axes:
+    for axis in _check_axis(axes):
         axis.set_major_formatter(_CountFormatter(1000))
 
 
@@ -67,9 +74,14 @@ def count_in_degrees(*axes):
     *axes : matplotlib Axis
         Such as ``ax.yaxis``; of angles (rad).
     """
-    for axis in axes:
+    for axis in _check_axis(axes):
         axis.set_major_locator(_DegreeLocator())
         axis.set_major_formatter(_CountFormatter(180 / np.pi))
+
+
+def _check_axis(axes):
+    """Matplotlib's Axis objects, or `InvalidParameter`."""
+    return checks.instances("axes", axes, Axis, "one Axis after the other, such as ax.xaxis")
 
 
 class _CountFormatter(ScalarFormatter):
@@ -112,8 +124,7 @@ def map_axes(ax=None):
     -------
     matplotlib Axes
     """
-    if ax is None:
-        _, ax = plt.subplots(figsize=(5, 5), layout="constrained")
+    ax = _axes(ax, (5, 5))
     ax.set_aspect("equal")
     ax.set_xlabel("x (mm)")
     ax.set_ylabel("y (mm)")
@@ -121,9 +132,35 @@ def map_axes(ax=None):
     return ax
 
 
-def _check_plan(plan):
-    """`plan`, or `InvalidParameter`."""
-    return checks.instance("plan", plan, Plan, "what a planner returned, such as fs.plan's")
+def _check_axes(ax):
+    """`ax`, or `InvalidParameter` for what is no plane axes, such as an array of them."""
+    if not isinstance(ax, Axes) or ax.name != "rectilinear":
+        raise InvalidParameter(
+            f"ax is {checks.shown(ax)}; give one plane Axes, such as that of fig, ax = "
+            "plt.subplots(), or one out of an array of them"
+        )
+    return ax
+
+
+def _axes(ax, size):
+    """`ax`, or the axes of a new figure of a size (inches) where it is None."""
+    if ax is None:
+        _, ax = plt.subplots(figsize=size, layout="constrained")
+    return _check_axes(ax)
+
+
+def _check_color(color):
+    """`color`, or `InvalidParameter` for what is none; None is Matplotlib's own choice."""
+    if color is not None and not is_color_like(color):
+        raise InvalidParameter(
+            f"color is {checks.shown(color)}; give a colour, such as PALETTE['planned'] or 'red'"
+        )
+    return color
+
+
+def _check_pose(pose):
+    """`pose` as x, y (m) and heading (rad), or `InvalidParameter`."""
+    return checks.array("pose", pose, (3,), unit="x, y in m and heading in rad")
 
 
 def _check_run(run, plan=None):
@@ -132,8 +169,9 @@ def _check_run(run, plan=None):
     if run.pose.ndim > 2:
         raise InvalidParameter(f"run is a {run!r}; draw one robot: simulate it alone")
     if plan is not None and plan.robot != run.robot:
+        driven, planned = contrast(run.robot, plan.robot)
         raise InvalidParameter(
-            f"run is of the robot {run.robot}, the plan for {plan.robot}; give those of one robot"
+            f"run is of {driven}, the plan for {planned}; give those of one robot"
         )
     return run
 
@@ -176,6 +214,7 @@ def plot_world(world, ax=None, numbers=None):
     matplotlib Axes
     """
     check_world(world)
+    numbers = len(world) <= MOST_NUMBERS if numbers is None else checks.flag("numbers", numbers)
     ax = map_axes(ax)
     style = {"facecolors": PALETTE["obstacle"], "edgecolors": PALETTE["outline"], "zorder": 2}
     # A collection each, for ten thousand patches take a minute.
@@ -198,7 +237,7 @@ def plot_world(world, ax=None, numbers=None):
     if len(world):
         grown = world.radii[np.repeat(np.arange(len(world)), world.edge_counts), None]
         ax.update_datalim(np.concatenate([world.edges[:, 0] - grown, world.edges[:, 0] + grown]))
-    if len(world) <= MOST_NUMBERS if numbers is None else numbers:
+    if numbers:
         # The boundary has no number.
         for number, core in enumerate(world.cores[: world.frame], 1):
             middle = core.representative_point().coords[0]
@@ -225,6 +264,7 @@ def plot_segments(segments, ax=None, lengths=False):
     matplotlib Axes
     """
     segments = checks.instances("segments", segments, FreeSegment, "FreeSegments")
+    lengths = checks.flag("lengths", lengths)
     ax = map_axes(ax)
     for kind, dashes in (("safe", "-"), ("danger", (0, (3, 2)))):
         some = [segment for segment in segments if segment.safe == (kind == "safe")]
@@ -268,7 +308,7 @@ def plot_path(path, ax=None, color=PALETTE["planned"], **style):
     matplotlib Axes
     """
     checks.instance("path", path, Path, "a Path, such as plan.path")
-    ax = map_axes(ax)
+    color, ax = _check_color(color), map_axes(ax)
     ax.plot(*_trace(path), color=color, **({"lw": 2, "zorder": 4} | style))
     return ax
 
@@ -293,6 +333,9 @@ def plot_circle(center, radius, ax, color=PALETTE["turning"], **style):
     -------
     matplotlib Axes
     """
+    center = as_position(center, "center")
+    radius = as_points(checks.positive("radius", radius), "radius", (), InvalidParameter)
+    color, ax = _check_color(color), _check_axes(ax)
     style = {"fill": False, "ls": "--", "lw": 1.3, "zorder": 3} | style
     ax.add_patch(Circle(center, radius, color=color, **style))
     return ax
@@ -312,6 +355,8 @@ def plot_query(start, goal, ax):
     -------
     matplotlib Axes
     """
+    start, goal = as_position(start, "start"), as_position(goal, "goal")
+    _check_axes(ax)
     ax.plot(*start, "ks", ms=6, zorder=6, label="start")
     ax.plot(*goal, "k*", ms=11, zorder=6, label="goal")
     return ax
@@ -335,7 +380,7 @@ def plot_plan(world, plan, ax=None):
     -------
     matplotlib Axes
     """
-    _check_plan(plan)
+    check_plan(plan, check_world(world))
     ax = plot_world(world, ax)
     plot_segments(plan.segments, ax)
     for index, turn in enumerate(plan.turning_points):
@@ -361,6 +406,8 @@ def plot_band(path, robot, ax):
     -------
     matplotlib Axes
     """
+    checks.instance("path", path, Path, "a Path, such as plan.path")
+    robot, ax = as_robot(robot), _check_axes(ax)
     outline = shapely.LineString(_trace(path).T).buffer(robot.radius).exterior
     ax.fill(
         *outline.xy, color=PALETTE["robot"], alpha=0.25, lw=0, zorder=1, label="swept by the robot"
@@ -390,8 +437,10 @@ def plot_step(world, plan, step, ax=None):
     -------
     matplotlib Axes
     """
-    _check_plan(plan)
-    checks.instance("step", step, Step, "one of plan.steps")
+    check_plan(plan, check_world(world))
+    place = next((k for k, one in enumerate(plan.steps) if one is step), None)
+    if place is None:
+        raise InvalidParameter(f"step is {checks.shown(step)}; give one of plan.steps")
     ax = plot_world(world, ax)
     plot_segments(plan.segments, ax)
     if step.group:
@@ -400,7 +449,6 @@ def plot_step(world, plan, step, ax=None):
         label = "turn dropped here" if step.kind == StepKind.NEEDLESS_TURN else "blocking obstacle"
         style = {"fill": False, "ec": PALETTE["danger"], "lw": 2.5, "zorder": 2.6, "label": label}
         ax.add_patch(_patch(world.obstacles[step.blocking], **style))
-    place = next((k for k, one in enumerate(plan.steps) if one is step), 0)
     if place:
         plot_path(plan.steps[place - 1].path, ax, "0.45", lw=1.5, ls="--", label="path before")
     if step.leg is not None:
@@ -437,6 +485,8 @@ def plot_group(world, group, ax):
     -------
     matplotlib Axes
     """
+    group = checks.indices("group", group, len(check_world(world)), "obstacles")
+    _check_axes(ax)
     for k, index in enumerate(group):
         style = {"facecolor": PALETTE["group"], "edgecolor": PALETTE["outline"], "zorder": 2.5}
         label = None if k else "group"
@@ -462,7 +512,7 @@ def plot_tracking(world, plan, run, ax=None):
     -------
     matplotlib Axes
     """
-    _check_run(run, _check_plan(plan))
+    _check_run(run, check_plan(plan, check_world(world)))
     ax = plot_world(world, ax)
     plot_path(plan.path, ax, label="planned path", lw=3.5)
     x, y, theta = run.pose
@@ -490,7 +540,7 @@ def draw_robot(pose, robot, ax):
     nose : matplotlib Line2D
         The artists, for an animation to move.
     """
-    x, y, _ = pose
+    (x, y, _), robot, ax = _check_pose(pose), as_robot(robot), _check_axes(ax)
     disc = Circle((x, y), robot.radius, fc=PALETTE["robot"], alpha=0.35)
     disc.set(edgecolor=PALETTE["planned"], zorder=4)
     ax.add_patch(disc)
@@ -501,7 +551,9 @@ def draw_robot(pose, robot, ax):
 
 def move_robot(disc, nose, pose):
     """Move the artists of `draw_robot` to another pose (m, rad)."""
-    x, y, theta = pose
+    checks.instance("disc", disc, Circle, "the circle that draw_robot returned")
+    checks.instance("nose", nose, Line2D, "the line that draw_robot returned")
+    x, y, theta = _check_pose(pose)
     disc.center = x, y
     radius = disc.radius
     nose.set_data([x, x + radius * np.cos(theta)], [y, y + radius * np.sin(theta)])
@@ -525,15 +577,25 @@ def plot_errors(run, axes=None):
         raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
     if axes is None:
         _, axes = plt.subplots(3, 1, figsize=(6, 5), sharex=True, layout="constrained")
+    x_axes, y_axes, heading_axes = _three_axes(axes)
     labels = "$x_e$ (mm)", "$y_e$ (mm)", r"$\alpha_e$ (°)"
-    for ax, error, label in zip(axes, run.error, labels, strict=True):
+    for ax, error, label in zip((x_axes, y_axes, heading_axes), run.error, labels, strict=True):
         ax.axhline(0, color="0.8", lw=0.8)
         ax.plot(run.t, error, color=PALETTE["error"], lw=1.3)
         ax.set_ylabel(label)
-    count_in_mm(axes[0].yaxis, axes[1].yaxis)
-    count_in_degrees(axes[2].yaxis)
-    axes[-1].set_xlabel("time (s)")
+    count_in_mm(x_axes.yaxis, y_axes.yaxis)
+    count_in_degrees(heading_axes.yaxis)
+    heading_axes.set_xlabel("time (s)")
     return axes
+
+
+def _three_axes(axes):
+    """`axes` as a tuple of three, or `InvalidParameter`."""
+    remedy = "three Axes, such as those of fig, axes = plt.subplots(3)"
+    found = checks.instances("axes", axes, Axes, remedy)
+    if len(found) != 3:
+        raise InvalidParameter(f"axes is {len(found)} Axes; give {remedy}")
+    return tuple(map(_check_axes, found))
 
 
 def plot_wheels(run, ax=None):
@@ -551,8 +613,7 @@ def plot_wheels(run, ax=None):
     matplotlib Axes
     """
     _check_run(run)
-    if ax is None:
-        _, ax = plt.subplots(figsize=(6, 3), layout="constrained")
+    ax = _axes(ax, (6, 3))
     for speed, side, symbol in zip(run.wheels, ("right", "left"), ("$V_R$", "$V_L$"), strict=True):
         # A speed is held until the next time: stairs, not slopes.
         ax.step(
@@ -591,7 +652,7 @@ def animate(world, plan, run, ax=None, frames=40):
     matplotlib FuncAnimation
         Keep it, and pass it to `as_gif` to show it.
     """
-    _check_run(run, _check_plan(plan))
+    _check_run(run, check_plan(plan, check_world(world)))
     frames = checks.whole("frames", frames, 1)
     if frames > MOST_FRAMES:
         raise InvalidParameter(f"frames is {checks.shown(frames)}; give at most {MOST_FRAMES}")

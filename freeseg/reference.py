@@ -31,6 +31,9 @@ SPACING, LEAST_INTERVALS = 0.0005, 200
 #: Time between two points of a reference (s), and how many points a slow one has at most.
 GRID, MOST_POINTS = 0.001, 200_000
 
+#: A longer run would not end, or not fit into memory.
+MOST_STEPS = 1e7
+
 #: Longest duration of a reference (s): on a slower one, points lie too far apart.
 LONGEST_DURATION = 1e6
 
@@ -109,41 +112,31 @@ class Reference:
         object.__setattr__(self, "t", t)
         for signal, unit in SIGNALS.items():
             shape = (3, len(t)) if signal == "pose" else (len(t),)
-            given = getattr(self, signal)
-            found = checks.array(f"reference {signal}", given, shape, unit=unit)
-            if signal == "pose" and (np.abs(np.diff(found[2])) > np.pi).any():
-                found = read_only(np.concatenate([found[:2], np.unwrap(found[2:])]))
+            found = checks.array(f"reference {signal}", getattr(self, signal), shape, unit=unit)
             object.__setattr__(self, signal, found)
+        headings = self.pose[2]
+        if (np.abs(np.diff(headings)) > np.pi).any():
+            unwrapped = read_only(np.stack([*self.pose[:2], np.unwrap(headings)]))
+            object.__setattr__(self, "pose", unwrapped)
         object.__setattr__(self, "shift", checks.not_negative("reference shift", self.shift))
         if self.robot is not None:
             as_robot(self.robot)
-        self._check_velocities()
+        self._check_velocities(headings)
 
-    def _check_velocities(self):
+    def _check_velocities(self, headings):
         """Raise where the poses contradict the velocities: a law would follow neither."""
-        time, (x, y, theta) = np.diff(self.t), np.diff(self.pose)
-        middle = (self.pose[2, 1:] + self.pose[2, :-1]) / 2
-        cos, sin = np.cos(middle), np.sin(middle)
-        # Along the chord of an arc, which is shorter than the arc.
-        forwards = (cos * x + sin * y) / np.sinc(theta / 2 / np.pi)
-        aside = np.zeros_like(self.v)
-        for signal, rate, driven, unit in (
-            ("v", self.v, forwards, "m/s"),
-            ("omega", self.omega, theta, "rad/s"),
-            ("sideways speed", aside, cos * y - sin * x, "m/s"),
-        ):
-            scale = np.abs(self.v if signal == "sideways speed" else rate).max()
-            allowed = CONTRADICTION * scale + ROUGH_METRES / time
-            # A mean rate lies between the rates at both ends.
-            least, most = np.minimum(rate[1:], rate[:-1]), np.maximum(rate[1:], rate[:-1])
-            excess = np.maximum(least - driven / time, driven / time - most) - allowed
-            if (excess > 0).any():
-                worst = int(np.argmax(excess))
-                raise InvalidParameter(
-                    f"reference {signal} is {rate[worst]:.6g} {unit} at {self.t[worst]:.3f} s, but "
-                    f"there its poses make {driven[worst] / time[worst]:.6g} {unit}; give the "
-                    "velocities of these poses"
-                )
+        found = _contradiction(self.t, self.pose, self.v, self.omega)
+        if not found:
+            return
+        in_degrees = np.stack([*self.pose[:2], np.unwrap(np.radians(headings))])
+        remedy = "give the velocities of these poses"
+        if not _contradiction(self.t, in_degrees, self.v, self.omega):
+            remedy = "its headings look like degrees, give radians"
+        signal, unit, worst, rate, driven = found
+        raise InvalidParameter(
+            f"reference {signal} is {rate:.6g} {unit} at {self.t[worst]:.3f} s, but there its "
+            f"poses make {driven:.6g} {unit}; {remedy}"
+        )
 
     def __repr__(self) -> str:
         return f"Reference over {self.duration:.3f} s in {len(self.t)} points"
@@ -165,7 +158,16 @@ class Reference:
         -------
         Sample
             ``pose, v, omega, v_dot, omega_dot``.
+
+        Raises
+        ------
+        InvalidParameter
+            For what is no real number.
         """
+        return self._at(checks.real("t", t, "times (s)"))
+
+    def _at(self, t: ArrayLike) -> Sample:
+        """`at` without its check, for the laws."""
         t = np.asarray(t, float)
         pose = np.stack([np.interp(t, self.t, row) for row in self.pose])
         outside = (t < 0) | (t > self.duration)
@@ -173,7 +175,18 @@ class Reference:
         return Sample(pose, *(np.where(outside, 0.0, np.interp(t, self.t, rate)) for rate in rates))
 
     def steps(self, dt: float) -> np.ndarray:
-        """Times 0, dt, ... (s) up to the end, which the last passes by less than dt."""
+        """Times 0, dt, ... (s) up to the end, which the last passes by less than dt.
+
+        Raises
+        ------
+        InvalidParameter
+            For a time step that is not positive, or makes over 10 million steps.
+        """
+        dt = checks.positive("dt", dt)
+        if self.duration / dt > MOST_STEPS:
+            raise InvalidParameter(
+                f"dt is {dt} s, over {MOST_STEPS:g} steps for {self.duration:.3f} s; lengthen it"
+            )
         return dt * np.arange(int(np.ceil(self.duration / dt - 1e-9)) + 1)
 
     def sampler(self, dt: float) -> Callable[[float], Sample]:
@@ -189,9 +202,15 @@ class Reference:
         callable
             ``look(t) -> Sample``, as ``at([t, t + dt / 2])`` and several times
             faster where t is one of the ``steps(dt)``.
+
+        Raises
+        ------
+        InvalidParameter
+            For a time step that is negative, or makes over 10 million steps.
         """
+        dt = checks.not_negative("dt", dt)
         steps = self.steps(dt) if dt > 0 else np.empty(0)
-        ahead = self.at(np.stack([steps, steps + dt / 2], -1))
+        ahead = self._at(np.stack([steps, steps + dt / 2], -1))
         for values in ahead:
             read_only(values)
         indices = {t: index for index, t in enumerate(steps.tolist())}
@@ -199,10 +218,40 @@ class Reference:
         def look(t):
             index = indices.get(t)
             if index is None:
-                return self.at([t, t + dt / 2])
+                return self._at([t, t + dt / 2])
             return Sample(*(values[..., index, :] for values in ahead))
 
         return look
+
+
+def _contradiction(t, pose, v, omega):
+    """Where poses contradict the velocities most; None where they do not.
+
+    Returns
+    -------
+    tuple or None
+        The velocity's name and its unit, the index of the place, and what the
+        velocity is there and what the poses make of it.
+    """
+    time, (x, y, theta) = np.diff(t), np.diff(pose)
+    middle = (pose[2, 1:] + pose[2, :-1]) / 2
+    cos, sin = np.cos(middle), np.sin(middle)
+    # Along the chord of an arc, which is shorter than the arc.
+    forwards = (cos * x + sin * y) / np.sinc(theta / 2 / np.pi)
+    for signal, rate, driven, unit in (
+        ("v", v, forwards, "m/s"),
+        ("omega", omega, theta, "rad/s"),
+        ("sideways speed", np.zeros_like(v), cos * y - sin * x, "m/s"),
+    ):
+        scale = np.abs(v if signal == "sideways speed" else rate).max()
+        allowed = CONTRADICTION * scale + ROUGH_METRES / time
+        # A mean rate lies between the rates at both ends.
+        least, most = np.minimum(rate[1:], rate[:-1]), np.maximum(rate[1:], rate[:-1])
+        excess = np.maximum(least - driven / time, driven / time - most) - allowed
+        if (excess > 0).any():
+            worst = int(np.argmax(excess))
+            return signal, unit, worst, rate[worst], driven[worst] / time[worst]
+    return None
 
 
 def make_reference(
@@ -497,14 +546,10 @@ def tracking_error(reference_pose: ArrayLike, pose: ArrayLike) -> np.ndarray:
     [1.0, 0.0, -1.570796326795]
     """
     remedy = "x, y (m) and heading (rad)"
-    poses = [
-        checks.real("reference_pose", reference_pose, remedy),
-        checks.real("pose", pose, remedy),
-    ]
-    for what, found in zip(("reference_pose", "pose"), poses, strict=True):
-        if found.shape[:1] != (3,) or not np.isfinite(found).all():
-            raise InvalidParameter(f"{what} is {checks.shown(found)}; give {remedy}")
-    return pose_error(*poses)
+    wanted = checks.signal("reference_pose", reference_pose, remedy, 3)
+    actual = checks.signal("pose", pose, remedy, 3)
+    checks.together(reference_pose=wanted.shape[1:], pose=actual.shape[1:])
+    return pose_error(wanted, actual)
 
 
 def pose_error(reference_pose: ArrayLike, pose: ArrayLike) -> np.ndarray:

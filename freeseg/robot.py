@@ -1,5 +1,6 @@
 """A differential-drive robot: sizes, limits, wheel and body velocities, exact motion."""
 
+import math
 from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any, Self
@@ -10,6 +11,9 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidData, InvalidParameter
+
+#: What a message asks for where wheel speeds are wanted.
+WHEELS = "right and left wheel speed (m/s)"
 
 
 @cache
@@ -71,6 +75,9 @@ class Robot:
             value = checks.positive(f"robot.{parameter.name}", getattr(self, parameter.name))
             object.__setattr__(self, parameter.name, value)
 
+    def __str__(self):
+        return f"<{type(self).__name__}, {self.diameter:g} m wide>"
+
     @classmethod
     def from_footprint(cls, outline: ArrayLike, **sizes: float) -> Self:
         """Robot of any footprint, planned for by the circle that it turns in.
@@ -130,9 +137,16 @@ class Robot:
         -------
         ndarray, shape (2, ...)
             Right and left wheel speed (m/s).
+
+        Raises
+        ------
+        InvalidParameter
+            For what is no finite number, or shapes that do not belong together.
         """
-        difference = 0.5 * self.wheel_base * np.asarray(omega)
-        return np.stack([np.add(v, difference), np.subtract(v, difference)])
+        v = checks.signal("v", v, "speeds (m/s)")
+        omega = checks.signal("omega", omega, "turn rates (rad/s)")
+        checks.together(v=v.shape, omega=omega.shape)
+        return wheel_speeds(self, v, omega)
 
     def to_body(self, wheels: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Forward speed and turn rate for wheel speeds, equation (1).
@@ -146,11 +160,15 @@ class Robot:
         -------
         v, omega : ndarray, shape (...)
             Forward speed (m/s) and turn rate (rad/s).
-        """
-        right, left = np.asarray(wheels, float)
-        return 0.5 * (right + left), (right - left) / self.wheel_base
 
-    def saturate(self, wheels: ArrayLike, previous: ArrayLike, dt: float) -> np.ndarray:
+        Raises
+        ------
+        InvalidParameter
+            For what are not two rows of finite numbers.
+        """
+        return body_velocity(self, checks.signal("wheels", wheels, WHEELS, 2))
+
+    def saturate(self, wheels: ArrayLike, previous: ArrayLike, dt: ArrayLike) -> np.ndarray:
         """Wheel speeds that the motors get to within one time step.
 
         A command above the speed limit is scaled down as a whole, so that
@@ -161,21 +179,33 @@ class Robot:
         ----------
         wheels, previous : array_like, shape (2, ...)
             Commanded and present right and left wheel speed (m/s).
-        dt : float
+        dt : float, or array_like of shape (...)
             Time step (s).
 
         Returns
         -------
         ndarray, shape (2, ...)
             Wheel speeds (m/s) at the end of it.
-        """
-        wheels, previous = np.asarray(wheels, float), np.asarray(previous, float)
-        fastest = np.maximum(np.abs(wheels[0]), np.abs(wheels[1]))
-        target = wheels * (self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed))
-        largest_change = self.max_wheel_acceleration * dt
-        return previous + np.clip(target - previous, -largest_change, largest_change)
 
-    def move(self, pose: ArrayLike, wheels: ArrayLike, dt: float) -> np.ndarray:
+        Raises
+        ------
+        InvalidParameter
+            For what are not two rows of finite numbers, shapes that do not
+            belong together, or a time step that is negative.
+        """
+        wheels = checks.signal("wheels", wheels, WHEELS, 2)
+        previous = checks.signal("previous", previous, WHEELS, 2)
+        dt = checks.times("dt", dt)
+        checks.together(wheels=wheels.shape[1:], previous=previous.shape[1:], dt=dt.shape)
+        # Both wheels first, then as many axes each: else a pair could stand for two robots.
+        axes = max(wheels.ndim, previous.ndim, 1 + dt.ndim)
+        wheels, previous = (
+            np.expand_dims(speeds, tuple(range(1, 1 + axes - speeds.ndim)))
+            for speeds in (wheels, previous)
+        )
+        return reached_speeds(self, wheels, previous, dt)
+
+    def move(self, pose: ArrayLike, wheels: ArrayLike, dt: ArrayLike) -> np.ndarray:
         """Pose after driving with constant wheel speeds: an exact arc.
 
         The solution of equation (1) for constant wheel speeds; the chord of
@@ -188,24 +218,60 @@ class Robot:
             x, y (m) and heading (rad).
         wheels : array_like, shape (2, ...)
             Right and left wheel speed (m/s).
-        dt : float
+        dt : float, or array_like of shape (...)
             Time (s).
 
         Returns
         -------
         ndarray, shape (3, ...)
             Pose after `dt`; the heading is not wrapped.
+
+        Raises
+        ------
+        InvalidParameter
+            For what are not three, or two, rows of finite numbers, shapes that
+            do not belong together, or a time that is negative.
         """
-        x, y, theta = np.asarray(pose)
-        v, omega = self.to_body(wheels)
-        half_turn = 0.5 * omega * dt
-        chord = v * dt * np.sinc(half_turn / np.pi)
-        middle = theta + half_turn
-        moved = np.empty((3, *np.shape(middle)))
-        moved[0] = x + chord * np.cos(middle)
-        moved[1] = y + chord * np.sin(middle)
-        moved[2] = theta + 2 * half_turn
-        return moved
+        pose = checks.signal("pose", pose, "x, y (m) and heading (rad)", 3)
+        wheels = checks.signal("wheels", wheels, WHEELS, 2)
+        dt = checks.times("dt", dt)
+        checks.together(pose=pose.shape[1:], wheels=wheels.shape[1:], dt=dt.shape)
+        return moved_pose(self, pose, wheels, dt)
+
+
+def wheel_speeds(robot: Robot, v: ArrayLike, omega: ArrayLike) -> np.ndarray:
+    """`Robot.to_wheels` without its checks, for the laws and the loop."""
+    difference = 0.5 * robot.wheel_base * np.asarray(omega)
+    return np.stack([np.add(v, difference), np.subtract(v, difference)])
+
+
+def body_velocity(robot: Robot, wheels: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """`Robot.to_body` without its checks, for the laws and the loop."""
+    right, left = np.asarray(wheels, float)
+    return 0.5 * (right + left), (right - left) / robot.wheel_base
+
+
+def reached_speeds(robot: Robot, wheels: ArrayLike, previous: ArrayLike, dt: Any) -> np.ndarray:
+    """`Robot.saturate` without its checks, for the laws and the loop."""
+    wheels, previous = np.asarray(wheels, float), np.asarray(previous, float)
+    fastest = np.maximum(np.abs(wheels[0]), np.abs(wheels[1]))
+    target = wheels * (robot.max_wheel_speed / np.maximum(fastest, robot.max_wheel_speed))
+    largest_change = robot.max_wheel_acceleration * dt
+    return previous + np.clip(target - previous, -largest_change, largest_change)
+
+
+def moved_pose(robot: Robot, pose: ArrayLike, wheels: ArrayLike, dt: Any) -> np.ndarray:
+    """`Robot.move` without its checks, for the loop."""
+    x, y, theta = np.asarray(pose)
+    v, omega = body_velocity(robot, wheels)
+    half_turn = 0.5 * omega * dt
+    chord = v * dt * np.sinc(half_turn / np.pi)
+    middle = theta + half_turn
+    moved = np.empty((3, *np.shape(middle)))
+    moved[0] = x + chord * np.cos(middle)
+    moved[1] = y + chord * np.sin(middle)
+    moved[2] = theta + 2 * half_turn
+    return moved
 
 
 @dataclass(frozen=True)
@@ -236,7 +302,21 @@ def as_robot(robot: Robot | None) -> Robot:
     """`robot`, a Khepera IV for None; `InvalidParameter` for anything else."""
     if robot is None:
         return KheperaIV()
-    return checks.instance("robot", robot, Robot, "a Robot, such as fs.KheperaIV()")
+    remedy = "a Robot, such as fs.KheperaIV()"
+    if not isinstance(robot, Robot) and math.isfinite(number := checks.as_float(robot)):
+        remedy += f", or name what the number is for, such as margin={number:g}"
+    return checks.instance("robot", robot, Robot, remedy)
+
+
+def contrast(robot: Robot, other: Robot) -> tuple[str, str]:
+    """Texts of two robots, with the sizes in which they differ."""
+    names = [size.name for size in fields(Robot)]
+    names = [name for name in names if getattr(robot, name) != getattr(other, name)]
+    first, second = (
+        f"{type(one).__name__}({', '.join(f'{name}={getattr(one, name)!r}' for name in names)})"
+        for one in (robot, other)
+    )
+    return first, second
 
 
 def same_robot(robot: Robot | None, other: Robot | None, what: str) -> Robot | None:
@@ -257,5 +337,6 @@ def same_robot(robot: Robot | None, other: Robot | None, what: str) -> Robot | N
     if robot is None or other is None:
         return other if robot is None else as_robot(robot)
     if as_robot(robot) != other:
-        raise InvalidParameter(f"robot is {robot}, but {what} is for {other}; give the same one")
+        mine, theirs = contrast(robot, other)
+        raise InvalidParameter(f"robot is {mine}, but {what} is for {theirs}; give the same one")
     return other

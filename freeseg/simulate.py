@@ -12,15 +12,22 @@ from freeseg import checks
 from freeseg.disturbance import Disturbance, as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
-from freeseg.reference import Reference, pose_error
-from freeseg.robot import Robot, as_robot, same_robot
+from freeseg.reference import MOST_STEPS, Reference, pose_error
+from freeseg.robot import Robot, as_robot, moved_pose, reached_speeds, same_robot, wheel_speeds
 from freeseg.trackers.feedback import Law, Tracker
-
-#: A longer run would not end, or not fit into memory.
-MOST_STEPS = 1e7
 
 #: Shapes of the poses of one robot and of n robots, and the units of their rows.
 POSES, POSE_UNITS = ((3,), (3, None)), "m, m, rad"
+
+#: Signals of a run, how many rows they have, and whether each robot of a batch has its own.
+SIGNALS_OF_RUN = (
+    ("pose", 3, True),
+    ("wheels", 2, True),
+    ("measured", 3, True),
+    ("asked", 2, True),
+    ("reference", 3, False),
+    ("error", 3, True),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +56,11 @@ class Run:
         Pose wanted; None where nothing was to be followed.
     error : ndarray, shape (3, N) [(3, n, N)], or None
         Tracking error (7) of the true pose: x_e, y_e (m), alpha_e (rad).
+
+    Raises
+    ------
+    InvalidParameter
+        For arrays that are not finite or do not belong together.
     """
 
     t: np.ndarray
@@ -59,6 +71,35 @@ class Run:
     asked: np.ndarray
     reference: np.ndarray | None = None
     error: np.ndarray | None = None
+
+    def __post_init__(self):
+        checks.instance("robot", self.robot, Robot, "the Robot that was driven")
+        t, pose = self._signal("t", None), self._signal("pose", None)
+        if t.ndim != 1 or len(t) < 2 or not (np.diff(t) > 0).all():
+            raise InvalidParameter(f"run t is {checks.shown(self.t)}; give increasing times (s)")
+        if pose.ndim not in (2, 3):
+            raise InvalidParameter(f"run pose has shape {pose.shape}; give (3, N) or (3, n, N)")
+        robots = pose.shape[1:-1]
+        for name, rows, batch in SIGNALS_OF_RUN:
+            if getattr(self, name) is not None or name not in ("reference", "error"):
+                self._signal(name, (rows, *(robots if batch else ()), len(t)))
+
+    def _signal(self, name, shape):
+        """Make a field a read-only array of a shape, or of any for None; or raise."""
+        given = getattr(self, name)
+        if not isinstance(given, np.ndarray) or given.dtype != float:
+            given = checks.real(f"run {name}", given, "an array of numbers").astype(float)
+        if given.flags.writeable:
+            given = read_only(given.copy())
+        object.__setattr__(self, name, given)
+        if shape and given.shape != shape:
+            raise InvalidParameter(f"run {name} has shape {given.shape}; give {shape}")
+        # What was measured, or asked for, may be the same array as what was done.
+        known = {"measured": self.pose, "asked": self.wheels}.get(name) is given
+        # Their sum is finite where all are, unless it overflows, and costs a batch less.
+        if shape and not (known or isfinite(given.sum()) or np.isfinite(given).all()):
+            raise InvalidParameter(f"run {name} is not finite; give finite numbers")
+        return given
 
     def __repr__(self):
         robots = "one robot" if self.pose.ndim == 2 else f"{self.pose.shape[1]} robots"
@@ -139,11 +180,24 @@ def simulate(
     and that turn; only its shape is taken for a circle's. At 0.1 m/s, that
     moves the end of a step of 50 ms by less than 0.1 mm, even while the
     wheels change as fast as they can in opposite senses.
+
+    Examples
+    --------
+    A tracker of one's own is anything with such a ``start``:
+
+    >>> import freeseg as fs
+    >>> class Pull:
+    ...     def start(self, reference, robot, dt):
+    ...         def law(t, pose):
+    ...             x_e, y_e, alpha_e = fs.tracking_error(reference.at(t).pose, pose)
+    ...             return reference.at(t).v + 2 * x_e, 20 * y_e + 4 * alpha_e
+    ...         return law
+    >>> reference = fs.make_reference(fs.Path([fs.Line((0, 0), (1, 0))]))
+    >>> run = simulate(Pull(), reference, initial_offset=(0, 0.01, 0))
+    >>> bool(fs.metrics.tracking(run)["position_final_m"] < 0.005)
+    True
     """
-    if isinstance(tracker, type) or not callable(getattr(tracker, "start", None)):
-        raise InvalidParameter(
-            f"tracker is {checks.shown(tracker)}; give one, such as SlidingMode()"
-        )
+    _check_tracker(tracker)
     checks.instance("reference", reference, Reference, "one made by make_reference")
     robot = as_robot(same_robot(robot, reference.robot, "the reference"))
     dt = checks.positive("dt", dt)
@@ -151,10 +205,7 @@ def simulate(
         raise InvalidParameter(
             f"dt is {dt} s, and the reference lasts {reference.duration:.3f} s; shorten it"
         )
-    if reference.duration / dt > MOST_STEPS:
-        raise InvalidParameter(
-            f"dt is {dt} s, over {MOST_STEPS:g} steps for {reference.duration:.3f} s; lengthen it"
-        )
+    steps = len(reference.steps(dt)) - 1
     offset = checks.array("initial_offset", initial_offset, *POSES, unit=POSE_UNITS)
     disturbance, seed = as_disturbance(disturbance), checks.seed(seed)
     disturbance.delayed_steps(dt)
@@ -162,17 +213,43 @@ def simulate(
     tolerance = checks.positive("tolerance", tolerance)
     if (reference.duration + settle) / dt > MOST_STEPS:
         raise InvalidParameter(f"settle is {settle:g} s; give less, for {MOST_STEPS:g} steps")
-    steps = len(reference.steps(dt)) - 1
     goal = np.expand_dims(reference.pose[:2, -1], tuple(range(1, offset.ndim)))
     arrived = _arrival(goal, dt * (steps - 0.5), tolerance) if settle else None
     first = _offset_pose(reference.pose[:, 0], offset)
-    law = tracker.start(reference, robot, dt)
+    law = _start(tracker, reference, robot, dt)
     steps += int(np.ceil(settle / dt - 1e-9))
     run = drive(law, first, dt, steps, robot, disturbance, seed, arrived)
     wanted = reference.at(run.t).pose
     target = wanted[:, None] if offset.ndim == 2 else wanted
     error = pose_error(target, run.pose)
-    return replace(run, reference=read_only(wanted), error=read_only(error))
+    # Nobody else has this run yet: to replace it would check all of its signals once more.
+    object.__setattr__(run, "reference", read_only(wanted))
+    object.__setattr__(run, "error", read_only(error))
+    return run
+
+
+def _check_tracker(tracker):
+    """Raise `InvalidParameter` for what is no tracker, and say what it seems to be."""
+    if not isinstance(tracker, type) and callable(getattr(tracker, "start", None)):
+        return
+    remedy = "give one, such as SlidingMode()"
+    if hasattr(tracker, "tracker"):
+        remedy = "give its .tracker"
+    elif callable(tracker) and not isinstance(tracker, type):
+        remedy += "; fs.drive(law, pose, dt, steps) drives by a law"
+    raise InvalidParameter(f"tracker is {checks.shown(tracker)}; {remedy}")
+
+
+def _start(tracker, reference, robot, dt):
+    """The law that a tracker starts; `InvalidParameter` where it cannot."""
+    try:
+        return tracker.start(reference, robot, dt)
+    except TypeError as error:
+        # Such as one that takes other arguments.
+        raise InvalidParameter(
+            f"tracker is {checks.shown(tracker)}, whose start(reference, robot, dt) raised "
+            f"{checks.shown(error)}; let it take these three and return law(t, pose)"
+        ) from error
 
 
 def drive(
@@ -225,10 +302,9 @@ def drive(
     dt, steps = checks.positive("dt", dt), checks.whole("steps", steps, 1)
     if steps > MOST_STEPS:
         raise InvalidParameter(f"steps is {checks.shown(steps)}; give at most {MOST_STEPS:g}")
-    if stop is not None and not callable(stop):
-        raise InvalidParameter(f"stop is {checks.shown(stop)}; give stop(t, pose) -> bool, or None")
-    if not callable(law):
-        raise InvalidParameter(f"law is {checks.shown(law)}; give law(t, pose) -> (v, omega)")
+    if stop is not None:
+        checks.function("stop", stop, "stop(t, pose) -> bool, or None", 0.0, pose)
+    checks.function("law", law, "law(t, pose) -> (v, omega)", 0.0, pose)
     first, seed = checks.array("pose", pose, *POSES, unit=POSE_UNITS), checks.seed(seed)
     batch = first.shape[1:]
     # Time comes first until the end: a step's numbers lie side by side.
@@ -248,7 +324,7 @@ def drive(
         target, wheels[step] = motors.follow(_ask(law, t[step], measured[step], robot))
         if asked is not wheels:
             asked[step] = target
-        poses[step + 1] = plant.move(poses[step], wheels[step] * rolled, dt)
+        poses[step + 1] = moved_pose(plant, poses[step], wheels[step] * rolled, dt)
     t, poses, measured, wheels, asked = (
         signal[: step + 1] for signal in (t, poses, measured, wheels, asked)
     )
@@ -268,7 +344,7 @@ def _ask(law, t, pose, robot):
     given = law(t, pose.copy())
     try:
         v, omega = given
-        wheels = robot.to_wheels(v, omega)
+        wheels = wheel_speeds(robot, v, omega)
         # Of a batch, all robots may get one command; it is cheaper to try than to compare shapes.
         command = wheels.reshape(2, -1) if pose.ndim > 1 and wheels.ndim == 1 else wheels
         known = command.dtype.kind == "f" and command.shape[1:] in (pose.shape[1:], (1,))
@@ -320,7 +396,7 @@ class _Motors:
     def follow(self, command):
         """Wheel speeds (m/s) for a time step: what is asked for, and their mean."""
         self.underway.append(command)
-        self.asked = self.robot.saturate(self.underway.popleft(), self.asked, self.dt)
+        self.asked = reached_speeds(self.robot, self.underway.popleft(), self.asked, self.dt)
         if not self.lag:
             return self.asked, self.asked
         missing = self.speed - self.asked

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.path import Arc, Line, Path
@@ -53,7 +54,8 @@ def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Curve]:
     Raises
     ------
     InvalidParameter
-        For a window longer than the radius of an arc.
+        For what is no path, or a window that is negative, longer than the path
+        or than the radius of an arc.
 
     Notes
     -----
@@ -63,8 +65,14 @@ def moving_average(path: Path, width: float) -> Callable[[ArrayLike], Curve]:
     the path goes on as its mirror image through the end point: so the
     average begins and ends where the path does.
     """
+    checks.instance("path", path, Path, "a Path, such as plan.path")
+    width = checks.not_negative("width", width)
     if not width:
         return _unsmoothed(path)
+    if width > path.length:
+        raise InvalidParameter(
+            f"width is {width:g} m, and the path is {path.length:g} m long; give at most that"
+        )
     tightest = int(np.argmax([abs(piece.curvature) for piece in path.pieces]))
     bend = abs(path.pieces[tightest].curvature)
     if width * bend > 1:

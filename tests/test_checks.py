@@ -477,3 +477,49 @@ def test_messages_are_short_whatever_the_value(check, options, value):
 def test_a_run_of_more_steps_than_python_prints_is_refused():
     with pytest.raises(fs.InvalidParameter, match="steps is <int too long to print>; give at most"):
         fs.drive(lambda t, pose: (0, 0), (0, 0, 0), 0.05, HUGE)
+
+
+# --- kinds of more than one number ---------------------------------------------------------------
+
+
+def test_one_number_stands_for_a_pair():
+    bounds = (lambda found: found < 1), "below 1"
+    for value in (0.5, [0.5, 0.5], np.array([0.5, 0.5]), np.float32(0.5)):
+        assert checks.pair("slip", value, *bounds) == (0.5, 0.5)
+    for value in (1, (0, 1), (0, 0, 0), "00", None, math.nan):
+        assert message_of(checks.pair, "slip", value, *bounds).endswith("; give below 1")
+
+
+def test_signals_come_component_by_component():
+    assert checks.signal("wheels", [[1, 2], [3, 4]], "two", 2).shape == (2, 2)
+    for value in ([1, 2, 3], 1, [], [1, math.inf], [1, 1e200], "12", [[1], [2, 3]]):
+        message = message_of(checks.signal, "wheels", value, "two speeds", 2)
+        assert (
+            message == f"wheels is {checks.shown(value)}; give two speeds, finite"[: len(message)]
+        )
+
+
+def test_shapes_that_do_not_broadcast_are_named():
+    checks.together(pose=(3,), wheels=())
+    with pytest.raises(fs.InvalidParameter, match=r"pose \(3,\) and wheels \(2,\)"):
+        checks.together(pose=(3,), wheels=(2,))
+
+
+def test_indices_are_below_their_count():
+    assert checks.indices("group", range(3), 3, "obstacles") == (0, 1, 2)
+    for value in ([3], [-1], 2, [0.0], "01", [True], None):
+        message = message_of(checks.indices, "group", value, 3, "obstacles")
+        assert message.endswith("; give indices of obstacles, below 3")
+
+
+def test_a_function_takes_the_arguments_that_it_will_get():
+    for value in (lambda t, pose: 0, lambda *all: 0, lambda t, pose, more=1: 0, max, np.add):
+        assert checks.function("law", value, "law(t, pose)", 0.0, None) is value
+    for value in (None, 3, "law", lambda: 0, lambda t: 0, lambda t, pose, more: 0, len):
+        message = message_of(checks.function, "law", value, "law(t, pose)", 0.0, None)
+        assert message == f"law is {checks.shown(value)}; give law(t, pose)"
+
+
+def test_a_robot_is_shown_in_short():
+    assert checks.shown(fs.KheperaIV()) == "<KheperaIV, 0.1408 m wide>"
+    assert checks.shown(fs.KheperaIV) == repr(fs.KheperaIV)

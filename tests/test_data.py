@@ -1,4 +1,7 @@
-from freeseg.data import read_csv, write_csv
+import pytest
+
+import freeseg as fs
+from freeseg.data import DATA, read_csv, write_csv
 
 
 def test_what_is_written_is_read(tmp_path):
@@ -12,3 +15,19 @@ def test_what_is_written_is_read(tmp_path):
     write_csv(file, rows)
     found = read_csv(file, {"name": str, "steps": int, "time": float})
     assert found == [{"row": number} | row for number, row in enumerate(rows, 2)]
+
+
+def test_what_cannot_be_written_is_named(tmp_path):
+    rows = [{"name": 1}]
+    for file, given, named in (
+        (tmp_path / "rows.csv", [], r"rows is .* give one or more"),
+        (tmp_path / "rows.csv", [{"name": 1}, {"other": 2}], "all with the same columns"),
+        (tmp_path / "rows.csv", ["name"], "rows is .* one dict a row"),
+        (tmp_path / "missing" / "rows.csv", rows, "cannot be written .* folder that exists"),
+        (5, rows, "path is 5; give the path of a file"),
+    ):
+        with pytest.raises(fs.InvalidData, match=named):
+            write_csv(file, given)
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(fs.InvalidData, match=r"columns has .* give str, int or float"):
+        read_csv(DATA / "khepera4.csv", {"value": list})

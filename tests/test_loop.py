@@ -175,3 +175,45 @@ def test_a_time_step_in_single_precision_with_a_delay(reference):
         fs.SlidingMode(), reference, dt=np.float32(0.05), disturbance=fs.Disturbance(delay=0.05)
     )
     assert run.t[1] == pytest.approx(0.05)
+
+
+def test_what_is_no_tracker_is_told_what_it_seems_to_be(reference):
+    tuned = fs.studies.tuning.load_gains()["Pid"][0]
+    for tracker, remedy in (
+        (tuned, "give its .tracker"),
+        (lambda t, pose: (0, 0), r"fs\.drive\(law, pose, dt, steps\)"),
+        (fs.Pid, r"give one, such as SlidingMode\(\)"),
+    ):
+        with pytest.raises(fs.InvalidParameter, match=f"^tracker is .*{remedy}"):
+            fs.simulate(tracker, reference)
+
+
+def test_a_tracker_that_cannot_start_is_told_what_start_takes(reference):
+    class Short:
+        def start(self, reference):
+            return lambda t, pose: (0, 0)
+
+    class Fails:
+        def start(self, reference, robot, dt):
+            return None + dt
+
+    for tracker in (Short(), Fails()):
+        with pytest.raises(fs.InvalidParameter, match=r"start\(reference, robot, dt\)") as caught:
+            fs.simulate(tracker, reference)
+        # Where it happened is still there.
+        assert isinstance(caught.value.__cause__, TypeError)
+
+
+def test_laws_of_other_arguments_are_refused_before_they_are_asked(reference):
+    with pytest.raises(fs.InvalidParameter, match=r"law is .* give law"):
+        fs.drive(lambda t: (0, 0), (0, 0, 0), 0.05, 3)
+    with pytest.raises(fs.InvalidParameter, match="stop is"):
+        fs.drive(lambda t, pose: (0, 0), (0, 0, 0), 0.05, 3, stop=lambda t: True)
+
+
+@pytest.mark.parametrize("bad", [{"reference": "there"}, {"dt": -1}])
+@pytest.mark.parametrize("name", fs.trackers.__all__)
+def test_trackers_started_by_hand_check_what_they_follow(reference, name, bad):
+    given = {"reference": reference, "robot": None, "dt": 0.05} | bad
+    with pytest.raises(fs.InvalidParameter, match=f"{next(iter(bad))} is"):
+        getattr(fs, name)().start(**given)

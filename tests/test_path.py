@@ -376,3 +376,13 @@ def test_a_file_with_a_byte_order_mark(tmp_path):
     marked = tmp_path / "marked.json"
     marked.write_bytes(b"\xef\xbb\xbf" + (tmp_path / "path.json").read_bytes())
     assert fs.Path.load(marked) == path
+
+
+def test_a_gap_and_a_kink_are_told_where_and_what_to_do():
+    first = Line((0, 0), (1, 0))
+    for after in (Line((1, 0.1), (2, 0.1)), Line((1, 0), (1, 1))):
+        with pytest.raises(
+            fs.InvalidParameter, match=r"ends, at \(1, 0\) m .*; join them by"
+        ) as found:
+            fs.Path([first, after])
+        assert "Arc" in str(found.value)

@@ -437,3 +437,67 @@ def test_a_batch_is_not_drawn(world, plan):
     ):
         with pytest.raises(fs.InvalidParameter, match="draw one robot"):
             draw()
+
+
+def test_what_are_no_plane_axes_is_refused_by_every_function(world, plan, run, robot):
+    figure = plt.figure()
+    for bad in (figure, figure.subplots(2), 3, plt, figure.add_subplot(projection="3d")):
+        for draw in (
+            lambda ax: fs.plotting.map_axes(ax),
+            lambda ax: fs.plotting.plot_world(world, ax),
+            lambda ax: fs.plotting.plot_segments(plan.segments, ax),
+            lambda ax: fs.plotting.plot_path(plan.path, ax),
+            lambda ax: fs.plotting.plot_circle((0, 0), 0.1, ax),
+            lambda ax: fs.plotting.plot_query((0, 0), (1, 0), ax),
+            lambda ax: fs.plotting.plot_plan(world, plan, ax),
+            lambda ax: fs.plotting.plot_band(plan.path, robot, ax),
+            lambda ax: fs.plotting.plot_step(world, plan, plan.steps[0], ax),
+            lambda ax: fs.plotting.plot_group(world, [0], ax),
+            lambda ax: fs.plotting.plot_tracking(world, plan, run, ax),
+            lambda ax: fs.plotting.draw_robot((0, 0, 0), robot, ax),
+            lambda ax: fs.plotting.plot_wheels(run, ax),
+            lambda ax: fs.plotting.animate(world, plan, run, ax, 3),
+        ):
+            with pytest.raises(fs.InvalidParameter, match=r"ax is .*give one plane Axes"):
+                draw(bad)
+
+
+def test_errors_are_drawn_on_three_axes(run):
+    for axes in (plt.figure().subplots(2), [], plt.figure().add_subplot()):
+        with pytest.raises(fs.InvalidParameter, match=r"axes is .*give three Axes"):
+            fs.plotting.plot_errors(run, axes)
+
+
+def test_a_plan_is_drawn_and_measured_in_its_own_world(world, plan, run):
+    copy = fs.World([*world])
+    fs.plotting.plot_plan(copy, plan)
+    assert fs.metrics.planning(copy, plan) == fs.metrics.planning(world, plan)
+    moved = fs.World([fs.Disc((0.2, 0.36), 0.05), *world.obstacles[1:]])
+    for other in (moved, fs.World([]), fs.load_table(1)):
+        for use in (
+            lambda world: fs.plotting.plot_plan(world, plan),
+            lambda world: fs.plotting.plot_step(world, plan, plan.steps[0]),
+            lambda world: fs.plotting.plot_tracking(world, plan, run),
+            lambda world: fs.plotting.animate(world, plan, run),
+            lambda world: fs.metrics.planning(world, plan),
+        ):
+            with pytest.raises(fs.InvalidParameter, match=r"in another world.* give plan.world"):
+                use(other)
+
+
+def test_what_cannot_be_drawn_is_named(world, plan, robot, ax):
+    step = fs.plan(world, (0, 0), (1, 0)).steps[0]
+    for draw, named in (
+        (lambda: fs.plotting.plot_circle((0, 0), -0.1, ax), "radius is -0.1"),
+        (lambda: fs.plotting.plot_query((0, 0), (1, 0, 0), ax), "goal has shape"),
+        (lambda: fs.plotting.plot_band(plan, robot, ax), "path is .* such as plan.path"),
+        (lambda: fs.plotting.plot_group(world, [99], ax), r"group is \[99\].* below 3"),
+        (lambda: fs.plotting.plot_step(world, plan, step), "step is .* one of plan.steps"),
+        (lambda: fs.plotting.draw_robot((0, 0), robot, ax), "pose has shape"),
+        (lambda: fs.plotting.plot_world(world, numbers="yes"), "numbers is 'yes'"),
+        (lambda: fs.plotting.plot_segments(plan.segments, lengths="yes"), "lengths is 'yes'"),
+        (lambda: fs.plotting.plot_path(plan.path, color="planned"), "color is 'planned'"),
+        (lambda: fs.plotting.count_in_mm(ax), "axes is"),
+    ):
+        with pytest.raises((fs.InvalidParameter, fs.InvalidQuery), match=named):
+            draw()

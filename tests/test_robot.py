@@ -174,3 +174,64 @@ def test_saturate_leaves_what_is_within_the_limits(robot):
     previous = np.random.default_rng(16).uniform(-0.8, 0.8, (2, 1000))
     command = previous + 0.99 * robot.max_wheel_acceleration * DT * np.array([[1], [-1]])
     assert_allclose(robot.saturate(command, previous, DT), command, rtol=0, atol=1e-15)
+
+
+def test_a_pair_of_wheels_saturates_beside_a_batch(robot):
+    # Also beside two robots, where a pair of wheels could be taken for one speed of each.
+    for n in (2, 3):
+        wheels, previous = np.array([0.3, 0.1]), np.zeros((2, n))
+        reached = robot.saturate(wheels, previous, DT)
+        assert_array_equal(reached, robot.saturate(np.tile(wheels[:, None], n), previous, DT))
+        assert_array_equal(robot.saturate(previous, wheels, DT).shape, (2, n))
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda robot: robot.move((0, 0), (0.1, 0.1), DT), "pose is"),
+        (lambda robot: robot.move((0, 0, np.nan), (0.1, 0.1), DT), "pose is"),
+        (lambda robot: robot.move((0, 0, 0), (0.1, 0.1), -DT), "dt is -0.05"),
+        (
+            lambda robot: robot.move(np.zeros((3, 4)), np.zeros((2, 3)), DT),
+            r"pose \(4,\) and wheels",
+        ),
+        (lambda robot: robot.to_body(0.1), "wheels is"),
+        (lambda robot: robot.to_body([[1, 2], [3]]), "wheels is"),
+        (lambda robot: robot.to_wheels("fast", 0), "v is 'fast'"),
+        (lambda robot: robot.to_wheels(0.1, np.inf), "omega is inf"),
+        (lambda robot: robot.to_wheels([1, 2], [1, 2, 3]), r"v \(2,\) and omega \(3,\)"),
+        (lambda robot: robot.saturate((0.1, 0.1), (0, 0, 0), DT), "previous is"),
+        (lambda robot: robot.saturate((0.1, 0.1), (0, 0), -1), "dt is -1"),
+    ],
+)
+def test_what_a_robot_cannot_do_is_named(robot, call, named):
+    with pytest.raises(fs.InvalidParameter, match=named):
+        call(robot)
+
+
+def test_a_number_in_place_of_a_robot_is_told_what_it_may_be():
+    with pytest.raises(fs.InvalidParameter, match=r"robot is 0.005; .*such as margin=0.005"):
+        fs.free_segments(fs.load_table(1), 0.005)
+
+
+def test_two_robots_are_told_apart_by_what_differs(robot):
+    plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
+    with pytest.raises(fs.InvalidParameter) as caught:
+        fs.make_reference(plan, fs.KheperaIV(diameter=0.1))
+    assert str(caught.value) == (
+        "robot is KheperaIV(diameter=0.1), but the plan is for KheperaIV(diameter=0.1408); "
+        "give the same one"
+    )
+    # Anywhere else, a robot is shown in short.
+    with pytest.raises(
+        fs.InvalidQuery, match=r"^world is <KheperaIV, 0\.1408 m wide>; give a World"
+    ):
+        fs.free_segments(robot)
+
+
+def test_times_may_be_many(robot):
+    times, wheels = np.linspace(0, 0.4, 5), (0.3, 0.1)
+    moved, reached = robot.move((0, 0, 0), wheels, times), robot.saturate(wheels, (0, 0), times)
+    for k, time in enumerate(times):
+        assert_array_equal(moved[:, k], robot.move((0, 0, 0), wheels, time))
+        assert_array_equal(reached[:, k], robot.saturate(wheels, (0, 0), time))

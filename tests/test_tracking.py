@@ -803,3 +803,26 @@ def test_the_sliding_mode_returns_from_where_its_docstring_says():
     assert np.hypot(*offsets[:2, away]).min() > 0.35
     assert offsets[0, away].min() > 0
     assert not lost(fs.SlidingMode(k2=1)).any()
+
+
+def test_headings_in_degrees_are_called_so(round_trip):
+    x, y, heading = round_trip["pose"]
+    for degrees in (np.degrees(heading), np.degrees(heading) % 360):
+        with pytest.raises(fs.InvalidParameter, match="headings look like degrees, give radians"):
+            Reference(**round_trip | {"pose": [x, y, degrees]})
+    with pytest.raises(fs.InvalidParameter, match="give the velocities of these poses"):
+        Reference(**round_trip | {"v": 2 * round_trip["v"]})
+
+
+@pytest.mark.parametrize("t", ["a", None, np.nan, [0, np.nan], 1j])
+def test_a_reference_is_asked_for_times(t):
+    reference = fs.make_reference(fs.Path([fs.Line((0, 0), (1, 0))]))
+    with pytest.raises(fs.InvalidParameter, match="t is"):
+        reference.at(t)
+
+
+@pytest.mark.parametrize("dt", [0, -1, 1e-9, None, np.inf])
+def test_the_steps_of_a_reference_take_time(dt):
+    reference = fs.make_reference(fs.Path([fs.Line((0, 0), (1, 0))]))
+    with pytest.raises(fs.InvalidParameter, match="dt is"):
+        reference.steps(dt)

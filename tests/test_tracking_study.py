@@ -35,7 +35,7 @@ def test_courses_repeat_and_differ():
     names = [course.name for course in training + held_out]
     assert len(set(names)) == 18
     assert names[-2:] == ["15a", "16b"]
-    courses.random_courses.cache_clear()
+    courses._random_courses.cache_clear()
     again = courses.random_courses(2, 0)
     for one, other in zip(training, again, strict=False):
         assert_array_equal(one.reference.pose, other.reference.pose)
@@ -207,3 +207,33 @@ def test_equal_runs_have_no_interval():
 def test_intervals_that_overlap_are_not_ranked():
     intervals = {"a": (1, 2), "b": (1.5, 3), "c": (2.5, 4), "d": (3, 5)}
     assert statistics.separated(intervals) == [("a", "c"), ("a", "d")]
+
+
+def test_what_a_study_is_given_wrongly_is_named():
+    course, offsets = courses.paper_courses()[1], np.zeros((3, 2))
+    for call, named in (
+        (lambda: courses.random_courses(-1, 0), "courses is -1"),
+        (lambda: courses.random_courses([1], 0), r"courses is \[1\]"),
+        (lambda: courses.spread_offsets(0, 0), "robots is 0"),
+        (lambda: courses.paper_courses([0.1]), "speed is"),
+        (lambda: tracking.drive_course(fs.Pid(), course.reference, offsets, 0), "course is"),
+        (lambda: tracking.drive_course(fs.Pid(), course, (0, 0, 0), 0), "offsets has shape"),
+        (lambda: tracking.drive_course(fs.Mpc(), course, "near", 0), "offsets is"),
+        (lambda: tracking.drive_course(fs.Mpc(), course, offsets, "0"), "seed is"),
+        (lambda: tracking.evaluate(fs.Pid(), course, offsets, 0), "courses is"),
+        (lambda: tracking.evaluate(fs.Pid(), [], offsets, 0), "courses is"),
+        (lambda: statistics.separated({"one": (0, 1, 2)}), "interval of 'one' is"),
+        (lambda: statistics.separated({"one": (1, 0)}), "give the lower end first"),
+        (lambda: statistics.separated([(0, 1)]), "intervals is"),
+        (lambda: tuning.tune("Pid", 0, 10**400), "budget is"),
+    ):
+        with pytest.raises(fs.InvalidParameter, match=named):
+            call()
+
+
+def test_robots_one_by_one_may_begin_at_any_index(monkeypatch):
+    course, offsets = courses.paper_courses()[1], courses.spread_offsets(3, 1)
+    batch = tracking.drive_course(fs.Kanayama(), course, offsets[:, 1:], (7, 1))
+    monkeypatch.setattr(tracking, "SINGLE", ("Kanayama",))
+    stacked = tracking.drive_course(fs.Kanayama(), course, offsets[:, 1:], (7, 1))
+    assert_array_equal(stacked.pose, batch.pose)

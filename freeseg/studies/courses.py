@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freeseg.errors import NoPath
+from freeseg import checks
+from freeseg.errors import InvalidParameter, NoPath
 from freeseg.paper import load_cases, load_table
-from freeseg.plan import Planner
+from freeseg.plan import Planner, check_plan
 from freeseg.planners import plan, plan_rooms, shortest_path, with_fallback
 from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import SMOOTHING, SPEED, Reference, make_reference
@@ -35,6 +36,9 @@ OBSTACLES, TURNS, LENGTH = 8, 2, 0.7
 #: How many courses, how many robots on each, and the first seed of their worlds and of the robots.
 TRAINING = {"courses": 4, "robots": 4, "seed": 0}
 HELD_OUT = {"courses": 12, "robots": 8, "seed": 1000}
+
+#: More of them would not fit into memory, or take days.
+MOST_COURSES, MOST_ROBOTS = 10_000, 1_000_000
 
 #: Planner of the random courses.
 ROOMS_FIRST = with_fallback(plan_rooms, shortest_path)
@@ -78,8 +82,16 @@ def make_course(
         With smoothed curvature.
     worth : bool
         Whether it has at least `TURNS` turns and the length `LENGTH`.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no name, no planner, or no speed; and what the planner
+        raises.
     """
-    made = planner(world, start, goal, margin=WIDE_MARGIN)
+    checks.instance("name", name, str, "a text")
+    checks.function("planner", planner, "one, such as fs.plan", world, start, goal, margin=0)
+    made = check_plan(planner(world, start, goal, margin=WIDE_MARGIN))
     reference = make_reference(made.path, speed=speed, smoothing=SMOOTHING, world=world)
     worth = len(made.turning_points) >= TURNS and made.path.length >= LENGTH
     return Course(name, world, reference, needed_variation(reference)), worth
@@ -87,12 +99,12 @@ def make_course(
 
 def needed_variation(reference: Reference) -> float:
     """Total variation of the faster-changing wheel (m/s) that a reference needs by itself."""
+    checks.instance("reference", reference, Reference, "one made by make_reference")
     wanted = reference.at(reference.steps(DT) + DT / 2)
     wheels = KheperaIV().to_wheels(wanted.v, wanted.omega)
     return float(np.abs(np.diff(wheels, prepend=0.0)).sum(-1).max())
 
 
-@cache
 def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Course, ...]:
     """Courses through random worlds that take some turning.
 
@@ -109,8 +121,19 @@ def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Cours
     Returns
     -------
     tuple of Course
-    """
 
+    Raises
+    ------
+    InvalidParameter
+        For less than one course or over `MOST_COURSES`, what is no seed, or no
+        speed that the robot can drive at.
+    """
+    courses, seed = _how_many("courses", courses, MOST_COURSES), checks.whole("seed", seed)
+    return _random_courses(courses, seed, checks.positive("speed", speed))
+
+
+@cache
+def _random_courses(courses: int, seed: int, speed: float) -> tuple[Course, ...]:
     def tries() -> Iterator[Course]:
         for k in count(seed):
             world = random_world(OBSTACLES, k)
@@ -125,9 +148,13 @@ def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Cours
     return tuple(islice(tries(), courses))
 
 
-@cache
 def paper_courses(speed: float = SPEED) -> tuple[Course, ...]:
     """The paper's cases 15(a) and 16(b), a tuple of Course."""
+    return _paper_courses(checks.positive("speed", speed))
+
+
+@cache
+def _paper_courses(speed: float) -> tuple[Course, ...]:
     cases = [load_cases()[name] for name in ("15a", "16b")]
     return tuple(
         make_course(case.name, load_table(case.table), case.start, case.goal, speed, plan)[0]
@@ -135,10 +162,17 @@ def paper_courses(speed: float = SPEED) -> tuple[Course, ...]:
     )
 
 
-@cache
 def held_out_courses(speed: float = SPEED) -> tuple[Course, ...]:
     """Courses that no search sees: random ones and the paper's, a tuple of Course."""
     return random_courses(HELD_OUT["courses"], HELD_OUT["seed"], speed) + paper_courses(speed)
+
+
+def _how_many(name: str, value: int, most: int) -> int:
+    """`value` as an int; `InvalidParameter` unless from 1 to `most`."""
+    found = checks.whole(name, value, 1)
+    if found > most:
+        raise InvalidParameter(f"{name} is {checks.shown(value)}; give at most {most}")
+    return found
 
 
 def spread_offsets(robots: int, seed: int) -> np.ndarray:
@@ -156,7 +190,13 @@ def spread_offsets(robots: int, seed: int) -> np.ndarray:
     ndarray, shape (3, robots)
         For `simulate`: a Latin hypercube, so that a few robots do not all
         begin near by.
+
+    Raises
+    ------
+    InvalidParameter
+        For less than one robot or over `MOST_ROBOTS`, or what is no seed.
     """
+    robots, seed = _how_many("robots", robots, MOST_ROBOTS), checks.whole("seed", seed)
     from scipy.stats import qmc
 
     radius, direction, turned = qmc.LatinHypercube(3, rng=seed).random(robots).T

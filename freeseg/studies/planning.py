@@ -3,11 +3,12 @@
 import math
 from collections.abc import Iterable
 from functools import partial
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 
-from freeseg.checks import shown
+from freeseg.checks import instances, shown, whole
 from freeseg.errors import InvalidParameter, InvalidWorld, NoPath, Trapped
 from freeseg.plan import Planner
 from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path
@@ -39,7 +40,13 @@ def random_case(seed: int) -> tuple[World, np.ndarray, np.ndarray]:
         1 to 60 discs, polygons or both, from crowded to spacious.
     start, goal : ndarray, shape (2,)
         Free positions (m).
+
+    Raises
+    ------
+    InvalidParameter
+        For a seed that is not a whole number from 0 on.
     """
+    seed = whole("seed", seed)
     rng = np.random.default_rng(seed)
     while True:
         n, area = int(rng.integers(1, 61)), rng.uniform(0.02, 0.1)
@@ -97,7 +104,13 @@ def compare_rules(seeds: Iterable[int], jobs: int = 1) -> list[dict[str, Any]]:
         ``median_ratio``, ``p95_ratio`` and ``max_ratio`` of the length to the
         optimum; ``optimal``, the share of these within 0.1 % of it;
         ``min_clearance_m``.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no seeds, or is no number of processes.
     """
+    seeds = instances("seeds", seeds, Integral, "whole numbers, one or more")
     results = list(run(try_rules, seeds, jobs))
     if not results:
         raise InvalidParameter(f"seeds is {shown(seeds)}; give one or more")

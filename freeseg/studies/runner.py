@@ -3,6 +3,12 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
+from freeseg import checks
+from freeseg.errors import InvalidParameter
+
+#: No machine has more cores.
+MOST_JOBS = 10_000
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -21,15 +27,29 @@ def run(
     jobs : int, optional
         Processes; -1 for all cores.
 
-    Yields
-    ------
-    object
+    Returns
+    -------
+    iterator
         Results, in the order of the cases.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no function of one case, are no cases, or is no number of
+        processes.
     """
+    checks.function("function", function, "function(case)", None)
+    jobs = checks.whole("jobs", jobs, -1, "a whole number of processes, or -1 for all cores")
+    if not (jobs == -1 or 0 < jobs <= MOST_JOBS):
+        raise InvalidParameter(
+            f"jobs is {checks.shown(jobs)}; give a number of processes up to {MOST_JOBS}, or -1 "
+            "for all cores"
+        )
+    if isinstance(cases, str | bytes) or not isinstance(cases, Iterable):
+        raise InvalidParameter(f"cases is {checks.shown(cases)}; give a list of them")
     if jobs == 1:
-        yield from map(function, cases)
-        return
+        return map(function, cases)
     # Imported here: few need many cores, and it comes with the extra [study] only.
     from joblib import Parallel, delayed
 
-    yield from Parallel(jobs, return_as="generator")(delayed(function)(case) for case in cases)
+    return Parallel(jobs, return_as="generator")(delayed(function)(case) for case in cases)

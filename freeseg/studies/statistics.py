@@ -68,7 +68,18 @@ def separated(intervals: Mapping[str, tuple[float, float]]) -> list[tuple[str, s
     list of (str, str)
         Pairs of names, the lower interval first; where two overlap, nothing
         is said of their order.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no intervals.
     """
+    checks.instance("intervals", intervals, Mapping, "a dict of name to (low, high)")  # type: ignore[type-abstract]
+    for name, ends in intervals.items():
+        low, high = checks.numbers(f"interval of {checks.shown(name)}", ends, 2)
+        if low > high:
+            what = f"interval of {checks.shown(name)}"
+            raise InvalidParameter(f"{what} is {checks.shown(ends)}; give the lower end first")
     return [
         (lower, upper)
         for lower, (_, high) in intervals.items()

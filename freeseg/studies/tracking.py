@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from freeseg import metrics
+from freeseg import checks, metrics
 from freeseg.disturbance import Disturbance
+from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import SPEED
-from freeseg.simulate import Run, simulate
+from freeseg.simulate import POSE_UNITS, Run, simulate
 from freeseg.studies.courses import DT, HELD_OUT, Course, held_out_courses, spread_offsets
 
 #: What disturbs every robot.
@@ -43,7 +44,7 @@ def drive_course(
     tracker: Any,
     course: Course,
     offsets: np.ndarray,
-    seed: int,
+    seed: int | tuple[int, int],
     disturbance: Disturbance = DISTURBANCE,
 ) -> Run:
     """Robots that follow a course with one tracker, each with its own noise.
@@ -56,8 +57,8 @@ def drive_course(
         What to follow.
     offsets : ndarray, shape (3, n)
         Where they begin.
-    seed : int
-        Of their noise and slip.
+    seed : int or (int, int)
+        Of their noise and slip, see `simulate`.
     disturbance : Disturbance, optional
         What disturbs them.
 
@@ -65,14 +66,22 @@ def drive_course(
     -------
     Run
         A batch of n.
+
+    Raises
+    ------
+    InvalidParameter
+        As `simulate`, and for what is no course.
     """
+    checks.instance("course", course, Course, "a Course, such as one of paper_courses()")
+    offsets = checks.array("offsets", offsets, (3, None), unit=POSE_UNITS)
+    entropy, first = checks.seed(seed)
 
     def run(offset: np.ndarray, seed: int | tuple[int, int]) -> Run:
         return simulate(tracker, course.reference, None, DT, offset, disturbance, seed)
 
     if type(tracker).__name__ not in SINGLE:
         return run(offsets, seed)
-    runs = [run(offset, (seed, k)) for k, offset in enumerate(offsets.T)]
+    runs = [run(offset, (entropy, first + k)) for k, offset in enumerate(offsets.T)]
     names = ("pose", "error", "wheels", "measured", "asked")
     stacked: dict[str, Any] = {
         name: read_only(np.stack([getattr(one, name) for one in runs], 1)) for name in names
@@ -84,7 +93,7 @@ def evaluate(
     tracker: Any,
     courses: Sequence[Course],
     offsets: np.ndarray,
-    seed: int,
+    seed: int | tuple[int, int],
     disturbance: Disturbance = DISTURBANCE,
 ) -> dict[str, np.ndarray]:
     """Numbers of a tracker on courses.
@@ -105,11 +114,19 @@ def evaluate(
         ``steady_heading_rms_rad`` from then on; ``roughness_m_s2``, the total
         variation per time that the course does not need; and ``score_m``.
 
+    Raises
+    ------
+    InvalidParameter
+        As `drive_course`, and for no course.
+
     Notes
     -----
     The score is the RMS of the position error, plus `ROUGHNESS` times the
     roughness, plus `COLLISION` for a robot that touches an obstacle.
     """
+    courses = checks.instances("courses", courses, Course, "a list of Courses")
+    if not courses:
+        raise InvalidParameter("courses is empty; give one or more")
     rows = []
     for course in courses:
         run = drive_course(tracker, course, offsets, seed, disturbance)

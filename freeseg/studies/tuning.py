@@ -15,6 +15,9 @@ from freeseg.studies.tracking import evaluate
 #: Evaluations of a search, and of these how many a generation has.
 BUDGET, POPULATION = 160, 16
 
+#: A search with more evaluations would not end.
+MOST_EVALUATIONS = 1_000_000
+
 #: Where gains are searched for, on a logarithmic scale: ten times the default up and down, and
 #: a hundred times for weights of squares; further down for two gains of `SuperTwisting`, where a
 #: first search ended. The default weight of `Mpc` on accelerations is for a robot without delay,
@@ -119,8 +122,11 @@ def tune(name: str, seed: int, budget: int = BUDGET) -> tuple[dict[str, float], 
     """
     checks.choice("tracker", name, RANGES)
     seed, budget = checks.whole("seed", seed), checks.whole("budget", budget)
-    if budget < POPULATION or budget % POPULATION:
-        raise InvalidParameter(f"budget is {budget!r}; give a multiple of {POPULATION}")
+    if not POPULATION <= budget <= MOST_EVALUATIONS or budget % POPULATION:
+        raise InvalidParameter(
+            f"budget is {checks.shown(budget)}; give a multiple of {POPULATION} up to "
+            f"{MOST_EVALUATIONS}"
+        )
     # Imported here: they take long, and only this function needs them.
     from scipy.optimize import differential_evolution
     from scipy.stats import qmc

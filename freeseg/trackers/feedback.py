@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference, Sample, pose_error
-from freeseg.robot import Robot
+from freeseg.robot import Robot, as_robot, body_velocity, reached_speeds, wheel_speeds
 
 #: Up to it, the product of a step of an integral and an excess is no saturation (SI).
 NO_EXCESS = 1e-15
@@ -122,7 +122,13 @@ def watch(
         ``see(t, pose) -> (error, middle)`` for a pose of shape (3,) or
         (3, n): the tracking error (7) at t, of the pose's shape, and the
         reference's `Sample` at t + dt / 2.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no reference, or a time step that is negative.
     """
+    checks.instance("reference", reference, Reference, "one made by make_reference")
     look = reference.sampler(dt)
 
     def see(t, pose):
@@ -131,3 +137,36 @@ def watch(
         return pose_error(now_and_middle.pose[:, 0], pose), middle
 
     return see
+
+
+def follow_limits(
+    robot: Robot, dt: float
+) -> Callable[[ArrayLike, ArrayLike], tuple[np.ndarray, np.ndarray]]:
+    """What the limits of the wheels leave of commands, for a law that stops its integrals.
+
+    Parameters
+    ----------
+    robot : Robot
+        Robot; a Khepera IV for None.
+    dt : float
+        Time for which each command is held (s).
+
+    Returns
+    -------
+    callable
+        ``send(v, omega) -> (v, omega)`` that the wheels reach, from rest on,
+        without delay and lag; to be called once for each command, in their order.
+    """
+    robot, wheels = as_robot(robot), 0.0
+
+    def send(v, omega):
+        nonlocal wheels
+        wheels = reached_speeds(robot, wheel_speeds(robot, v, omega), wheels, dt)
+        return body_velocity(robot, wheels)
+
+    return send
+
+
+def winds_up(step: float | np.ndarray, excess: float | np.ndarray) -> bool | np.ndarray:
+    """Whether a step of an integral only pushes further what a limit cuts off already."""
+    return step * excess > NO_EXCESS

@@ -6,15 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg import checks
+from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference
 from freeseg.robot import Robot
-from freeseg.trackers.feedback import Law, check_gains, watch
+from freeseg.trackers.feedback import REST, Law, check_gains, watch
 
 #: For how many speeds, from zero to the reference's top speed, gains are computed.
 SPEEDS = 101
-
-#: Speed (m/s) that stands for rest, where the gains have a limit but no formula.
-SLOW = 1e-9
 
 
 @dataclass(frozen=True)
@@ -68,9 +66,9 @@ class Lqr:
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
+        see = watch(reference, dt)
         speeds = np.linspace(0, np.abs(reference.v).max(), SPEEDS)
         k_x, k_y, k_alpha = self.gains(speeds, dt)
-        see = watch(reference, dt)
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
@@ -99,6 +97,12 @@ class Lqr:
         k_y, k_alpha : ndarray, shape (...)
             Gains of y_e (1/(m s)) and alpha_e (1/s).
 
+        Raises
+        ------
+        InvalidParameter
+            For what are no speeds, a time step that is not positive, and numbers so
+            large that the gains overflow.
+
         Notes
         -----
         In closed form. With m = z + 1/z - 2, the closed loop's eigenvalues z
@@ -106,7 +110,21 @@ class Lqr:
         m = q_x dt^2 ahead and of m^2 - (a - b / 4) m + b = 0 sideways,
         a = q_alpha dt^2 and b = q_y v_r^2 dt^4; the gains place them.
         """
-        step = np.maximum(v_r, SLOW) * dt * dt
+        v_r = checks.signal("v_r", v_r, "speeds (m/s)")
+        dt = checks.positive("dt", dt)
+        with np.errstate(over="ignore", invalid="ignore"):
+            k_x, k_y, k_alpha = self._gains(v_r, dt)
+        if not all(np.isfinite(gains).all() for gains in (k_x, k_y, k_alpha)):
+            raise InvalidParameter(
+                f"v_r is {checks.shown(v_r)} and dt {dt:g} s, for which the gains of {self} "
+                "overflow; give smaller weights, speeds or time steps"
+            )
+        return k_x, k_y, k_alpha
+
+    def _gains(self, v_r, dt):
+        """`gains` without its checks."""
+        # At rest the gains have a limit but no formula.
+        step = np.maximum(v_r, REST) * dt * dt
         a, b = self.q_alpha * dt * dt, self.q_y * step * step
         half = (a - b / 4) / 2
         root = np.sqrt(half * half - b + 0j)

@@ -11,7 +11,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference
-from freeseg.robot import Robot
+from freeseg.robot import Robot, as_robot, body_velocity, reached_speeds, wheel_speeds
 from freeseg.trackers.feedback import Law, check_gains
 from freeseg.world import Disc, World
 
@@ -178,19 +178,20 @@ class Mpc:
         SolverFailed
             From the law, where the solver gives up and it is not to brake.
         """
-        dt = checks.positive("dt", dt)
+        dt, robot = checks.positive("dt", dt), as_robot(robot)
+        checks.instance("reference", reference, Reference, "one made by make_reference")
         programme = _Programme(self, robot, dt)
         look_ahead = _previewer(reference, robot, dt, self.horizon)
         wheels = np.zeros(2)
 
         def law(t, pose):
             nonlocal wheels
-            pose, wanted = _one_pose(pose), look_ahead(t)
+            (x, y, theta), wanted = _one_pose(pose), look_ahead(t)
             # Headings are counted on from the prediction's, or the reference's.
             expected = (programme.best if programme.solved else wanted)[0, 4]
-            pose[2] = expected + wrap_angle(pose[2] - expected)
+            theta = expected + wrap_angle(theta - expected)
             programme.set_objective(wanted)
-            programme.set_state(pose, wheels)
+            programme.set_state((x, y, theta), wheels)
             status = programme.solve()
             if not programme.solved:
                 message = f"{programme.asked} found no command at {t:.3f} s: {status}"
@@ -199,8 +200,8 @@ class Mpc:
                     raise SolverFailed(f"{message}; {remedy} on_failure='brake'", t, status)
                 warnings.warn(f"{message}; braking", RuntimeWarning, stacklevel=2)
             target = programme.best[0, 5:7] if programme.solved else (0, 0)
-            wheels = robot.saturate(target, wheels, dt)
-            return robot.to_body(wheels)
+            wheels = reached_speeds(robot, target, wheels, dt)
+            return body_velocity(robot, wheels)
 
         return law
 
@@ -376,7 +377,7 @@ def preview(reference: Reference, robot: Robot, dt: float, t: float, steps: int)
     begins = t + dt * np.arange(-1, steps)
     # A command holds for dt: the velocities are those at the middle of it.
     middle = reference.at(begins + dt / 2)
-    wheels = robot.to_wheels(middle.v, middle.omega)
+    wheels = wheel_speeds(robot, middle.v, middle.omega)
     pose = reference.at(begins[1:] + dt).pose
     return np.concatenate([np.diff(wheels) / dt, pose, wheels[:, 1:]]).T
 
@@ -449,18 +450,12 @@ def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
 
 
 def _one_pose(pose):
-    """`pose` as an array of shape (3,), or `InvalidParameter`."""
-    try:
-        array = np.array(pose, float)
-    except (TypeError, ValueError, OverflowError):
-        array = np.array(np.nan)
-    if array.ndim == 2 and len(array) == 3:
+    """`pose` as three floats, or `InvalidParameter`."""
+    if getattr(pose, "ndim", 1) > 1:
         raise InvalidParameter(
-            f"pose has shape {array.shape}, and the MPC drives one robot; run them one by one"
+            f"pose has shape {pose.shape}, and the MPC drives one robot; run them one by one"
         )
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise InvalidParameter(f"pose is {checks.shown(pose)}; give three finite numbers")
-    return array
+    return checks.numbers("pose", pose, 3)
 
 
 def _bind(function, **arrays):

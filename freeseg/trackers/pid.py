@@ -9,7 +9,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.reference import Reference
 from freeseg.robot import Robot
-from freeseg.trackers.feedback import NO_EXCESS, Law, check_gains, watch
+from freeseg.trackers.feedback import Law, check_gains, follow_limits, watch, winds_up
 
 
 @dataclass(frozen=True)
@@ -127,21 +127,19 @@ class Pid:
             ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n);
             to be called once for each time step, in their order.
         """
-        see = watch(reference, dt)
-        integrals, sent = (0.0, 0.0), 0.0
+        see, send = watch(reference, dt), follow_limits(robot, dt)
+        integrals = 0.0, 0.0
 
         def law(t, pose):
-            nonlocal integrals, sent
+            nonlocal integrals
             error, (_, v_r, omega_r, _, _) = see(t, pose)
             v, omega, cut = self.command(error, integrals, v_r, omega_r)
             steps = dt * error[0], dt * np.abs(v_r) * error[1]
             if self.anti_windup:
-                # The wheels as they follow the commands so far, from rest.
-                sent = robot.saturate(robot.to_wheels(v, omega), sent, dt)
-                v_sent, omega_sent = robot.to_body(sent)
+                v_sent, omega_sent = send(v, omega)
                 excess = v - v_sent, v_r * (omega + cut - omega_sent)
                 steps = [
-                    np.where(step * beyond > NO_EXCESS, 0.0, step)
+                    np.where(winds_up(step, beyond), 0.0, step)
                     for step, beyond in zip(steps, excess, strict=True)
                 ]
             integrals = [total + step for total, step in zip(integrals, steps, strict=True)]

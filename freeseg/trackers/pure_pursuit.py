@@ -56,8 +56,8 @@ class PurePursuit:
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        forwards_only(self, reference, spot=False)
         see = watch(reference, dt)
+        forwards_only(self, reference, spot=False)
         arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
         arc_length = np.concatenate([[0.0], arc_length])
         ahead = arc_length + self.lookahead

@@ -120,6 +120,7 @@ def sliding_law(
     InvalidParameter
         For a reference that never moves from its place.
     """
+    see = watch(reference, dt)
     top_speed = np.abs(reference.v).max()
     scale = top_speed * length_scale
     if not np.all(scale > 0):
@@ -127,7 +128,6 @@ def sliding_law(
             f"the reference's top speed is {top_speed:g} m/s, and gamma is relative to it; give a "
             "reference that moves"
         )
-    see = watch(reference, dt)
 
     def law(t, pose):
         (x_e, y_e, alpha_e), (_, v_r, omega_r, v_r_dot, _) = see(t, pose)

@@ -61,8 +61,8 @@ class Stanley:
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        forwards_only(self, reference)
         see = watch(reference, dt)
+        forwards_only(self, reference)
         b = self.ahead
 
         def law(t, pose):

@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.reference import Reference
 from freeseg.robot import Robot
-from freeseg.trackers.feedback import NO_EXCESS, Law, check_gains
+from freeseg.trackers.feedback import Law, check_gains, follow_limits, winds_up
 from freeseg.trackers.sliding_mode import sliding_law
 
 
@@ -87,15 +86,11 @@ class SuperTwisting:
             self.floor,
             lambda s1, s2: (first.approach(s1), second.approach(s2)),
         )
-        sent: ArrayLike = 0.0
+        send = follow_limits(robot, dt)
 
         def law(t, pose):
-            nonlocal sent
             v, omega = unlimited(t, pose)
-            # The wheels as they follow the commands so far, from rest.
-            target = robot.to_wheels(v, omega)
-            sent = robot.saturate(target, sent, dt)
-            v_sent, omega_sent = robot.to_body(sent)
+            v_sent, omega_sent = send(v, omega)
             first.hold(v - v_sent)
             second.hold(omega - omega_sent)
             return v, omega
@@ -123,5 +118,4 @@ class _SuperTwist:
 
     def hold(self, excess):
         """Take the last step of z back where a limit kept the command from following it."""
-        pushed = (self.z - self.before) * excess > NO_EXCESS
-        self.z = np.where(pushed, self.before, self.z)
+        self.z = np.where(winds_up(self.z - self.before, excess), self.before, self.z)
