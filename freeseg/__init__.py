@@ -21,7 +21,14 @@ from freeseg.errors import (
 )
 from freeseg.paper import load_cases, load_table
 from freeseg.path import Path
-from freeseg.planners import literal_plan, plan, plan_rooms, shortest_path, with_fallback
+from freeseg.planners import (
+    literal_plan,
+    nearest_free,
+    plan,
+    plan_rooms,
+    shortest_path,
+    with_fallback,
+)
 from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
@@ -85,6 +92,7 @@ __all__ = [
     "load_table",
     "make_reference",
     "metrics",
+    "nearest_free",
     "plan",
     "plan_rooms",
     "plotting",

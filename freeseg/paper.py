@@ -9,7 +9,7 @@ import numpy as np
 
 from freeseg import checks
 from freeseg.data import DATA, read_csv
-from freeseg.errors import InvalidData, InvalidParameter
+from freeseg.errors import InvalidData, InvalidParameter, InvalidWorld
 from freeseg.world import Disc, World
 
 #: The map of the paper's Fig. 12: x and y from ... to ... (mm).
@@ -42,6 +42,8 @@ def load_table(table: int, folder: str | PathLike[str] = DATA) -> World:
     InvalidData
         For a missing file or column, a value that is no number, an obstacle
         that is repeated, left out or without a size, or a centre off the map of Fig. 12.
+    InvalidWorld
+        For sizes with which two obstacles meet: in the paper none do.
 
     Examples
     --------
@@ -60,12 +62,19 @@ def load_table(table: int, folder: str | PathLike[str] = DATA) -> World:
             f"obstacles.csv has {len(radii_mm)} sizes for the {len(obstacles)} obstacles of "
             f"table {table}; give each one"
         )
-    return World(
+    world = World(
         [
             Disc(np.divide(centers_mm[table, obstacle], 1000), radii_mm[obstacle] / 1000)
             for obstacle in obstacles
         ]
     )
+    first, second = world.close_pairs(world.round_off)
+    if len(first):
+        raise InvalidWorld(
+            f"obstacles {first[0] + 1} and {second[0] + 1} of table {table} touch or overlap, "
+            "unlike the paper's; give smaller sizes in obstacles.csv"
+        )
+    return world
 
 
 def _centers_mm(folder: str | PathLike[str]) -> dict[tuple[int, int], tuple[float, float]]:

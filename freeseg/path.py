@@ -358,7 +358,7 @@ class Path:
             return np.inf
         # Nothing that is farther from the whole path than from its start can be the nearest.
         bound = world.distances(shapely.Point(self.start)).min()
-        return float(self.near(world, max(bound, 0) + GRAZING)[2].min())
+        return float(self.near(world, max(bound, 0) + 2 * world.round_off)[2].min())
 
     def save(self, file: str | PathLike[str]) -> None:
         """Write the path to a JSON file, to be read with `Path.load`.
@@ -429,15 +429,18 @@ def taut_path(
     first = angle_of(join[:-1] - centers[1:-1])
     sweeps = arc_sweep(centers[1:-1], np.where(signed[1:-1] > 0, 1, -1), join[:-1], leave[1:])
     lengths = np.hypot(*(join - leave).T)
+    # Far from the origin, round-off of positions is more than that of metres and radians.
+    blur = 8 * math.ulp(np.abs(centers).max())
     pieces: list[Line | Arc] = []
     passed: list[int] = []
     for index, (begin, end) in enumerate(zip(leave.tolist(), join.tolist(), strict=True)):
         # Where a tangent only grazes its circle, round-off leaves no arc or a whole turn.
-        if index and GRAZING < abs(sweeps[index - 1]) < 2 * np.pi - GRAZING:
-            radius, sweep = abs(signed[index]), sweeps[index - 1]
+        radius, sweep = abs(signed[index]), sweeps[index - 1] if index else 0.0
+        grazing = max(GRAZING, blur / max(radius, blur))
+        if grazing < abs(sweep) < 2 * np.pi - grazing:
             pieces.append(Arc(centers[index].tolist(), radius, first[index - 1], sweep))
             passed.append(index - 1)
-        if lengths[index] > GRAZING:
+        if lengths[index] > max(GRAZING, blur):
             pieces.append(Line(begin, end))
             passed.append(index)
     return Path(pieces), passed

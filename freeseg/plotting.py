@@ -8,9 +8,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import shapely
 from matplotlib.animation import FuncAnimation
-from matplotlib.collections import EllipseCollection, PolyCollection
-from matplotlib.patches import Circle
+from matplotlib.collections import EllipseCollection, PathCollection, PolyCollection
+from matplotlib.patches import Circle, PathPatch
 from matplotlib.patches import Polygon as PolygonPatch
+from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import AutoLocator, ScalarFormatter
 
@@ -141,7 +142,15 @@ def _patch(obstacle, **style):
     """One obstacle's shape."""
     if isinstance(obstacle, Disc):
         return Circle(obstacle.center, obstacle.radius, **style)
+    if obstacle.holes:
+        return PathPatch(_outlines(obstacle), **style)
     return PolygonPatch(obstacle.vertices, **style)
+
+
+def _outlines(polygon):
+    """A polygon and its holes as one outline, as Matplotlib has it."""
+    rings = [np.concatenate([ring, ring[:1]]) for ring in polygon.rings]
+    return Outline.make_compound_path(*(Outline(ring, closed=True) for ring in rings))
 
 
 def _trace(path):
@@ -150,7 +159,7 @@ def _trace(path):
 
 
 def plot_world(world, ax=None, numbers=None):
-    """Obstacles with their numbers.
+    """Obstacles with their numbers, and what is outside the boundary.
 
     Parameters
     ----------
@@ -180,13 +189,18 @@ def plot_world(world, ax=None, numbers=None):
         round_ones.set(**style)
         ax.add_collection(round_ones)
     if not is_disc.all():
-        outlines = [obstacle.vertices for obstacle in world if isinstance(obstacle, Polygon)]
-        ax.add_collection(PolyCollection(outlines, **style))
+        polygons = [obstacle for obstacle in world if isinstance(obstacle, Polygon)]
+        plain = [polygon.vertices for polygon in polygons if not polygon.holes]
+        ax.add_collection(PolyCollection(plain, **style))
+        pierced = [_outlines(polygon) for polygon in polygons if polygon.holes]
+        if pierced:
+            ax.add_collection(PathCollection(pierced, **style))
     if len(world):
         grown = world.radii[np.repeat(np.arange(len(world)), world.edge_counts), None]
         ax.update_datalim(np.concatenate([world.edges[:, 0] - grown, world.edges[:, 0] + grown]))
     if len(world) <= MOST_NUMBERS if numbers is None else numbers:
-        for number, core in enumerate(world.cores, 1):
+        # The boundary has no number.
+        for number, core in enumerate(world.cores[: world.frame], 1):
             middle = core.representative_point().coords[0]
             label = ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
             label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])

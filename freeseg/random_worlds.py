@@ -11,13 +11,16 @@ from freeseg.geometry import unit
 from freeseg.plan import turning_radius
 from freeseg.robot import Robot, as_robot
 from freeseg.segments import MARGIN
-from freeseg.world import FARTHEST, Disc, Polygon, World, check_world
+from freeseg.world import Disc, Polygon, World, check_world
 
 #: Radii (m) of random discs, and of the circles in which random polygons lie.
 SIZES = (0.015, 0.06)
 
 #: Square metres per random obstacle; the paper's maps have 0.13.
 SPACIOUS = 0.1
+
+#: Widest square (m): on a wider one, obstacles of centimetres are lost.
+WIDEST = 1e4
 
 #: More would take minutes.
 MOST_OBSTACLES = 1e6
@@ -71,10 +74,10 @@ def random_world(
             f"shapes is {checks.shown(shapes)}; give a list of 'disc' and 'polygon'"
         )
     side = np.sqrt(n * checks.positive("area", area))
-    if side > FARTHEST:
+    if side > WIDEST:
         raise InvalidParameter(
             f"area is {area:g} m^2, and the square {side:g} m wide; give less, for at most "
-            f"{FARTHEST:g} m"
+            f"{WIDEST:g} m"
         )
     rng = np.random.default_rng(checks.whole("seed", seed))
     centers, radii = _scatter(n, side, rng)
@@ -137,7 +140,7 @@ def random_query(
     -------
     start, goal : ndarray, shape (2,)
         Positions (m), uniform over the free part of the obstacles' bounding
-        box widened by the robot's diameter.
+        box widened by the robot's diameter, or of what the boundary encloses.
 
     Raises
     ------
@@ -151,7 +154,9 @@ def random_query(
     robot = as_robot(robot)
     rng = np.random.default_rng(checks.whole("seed", seed))
     low, high = np.zeros(2), np.zeros(2)
-    if len(world):
+    if world.boundary is not None:
+        low, high = world.boundary.min(0) + robot.diameter, world.boundary.max(0) - robot.diameter
+    elif len(world):
         low, high = world.edges.min((0, 1)), world.edges.max((0, 1))
     clearance = turning_radius(robot, checks.not_negative("margin", margin))
     free = np.empty((0, 2))

@@ -19,14 +19,15 @@ MARGIN = 0.005
 
 @dataclass(frozen=True, eq=False)
 class FreeSegment:
-    """The gap between two neighbouring obstacles.
+    """The gap between two neighbouring obstacles; of length zero where they meet.
 
     Parameters
     ----------
     obstacles : tuple of int
         Indices of the two obstacles; -1 for a point far outside of them all.
     ends : ndarray, shape (2, 2)
-        The mutually nearest points of their boundaries (m).
+        The mutually nearest points of their boundaries (m); twice the same
+        point, of both, where they meet.
     required : float
         Length that makes it safe, D_r + delta (m).
     """
@@ -69,14 +70,17 @@ def free_segments(
         Security margin delta (m); 5 mm is an assumption, the paper gives
         none.
     neighbours : {"chain", "delaunay"}, optional
-        Which obstacles are joined: consecutive ones, as published, or those
-        that are neighbours in the world's triangulation, see `triangulate`.
+        Which obstacles are joined: consecutive ones, as published, without
+        the boundary, or those that are neighbours in the world's
+        triangulation, see `triangulate`.
 
     Returns
     -------
     tuple of FreeSegment
-        Safe and danger ones; of a chain n - 1. Safe speaks of the two
-        obstacles joined: now and then a third one is in between.
+        Safe and danger ones; of a chain n - 1, or n - 2 with a boundary.
+        Those of obstacles that touch or overlap have length zero, and are
+        danger. Safe speaks of the two obstacles joined: now and then a third
+        one is in between.
 
     Raises
     ------
@@ -94,7 +98,9 @@ def free_segments(
     required = as_robot(robot).diameter + checks.not_negative("margin", margin)
     checks.choice("neighbours", neighbours, ("chain", "delaunay"))
     if neighbours == "chain":
-        pairs = np.column_stack([np.arange(len(world) - 1), np.arange(1, len(world))])
+        # The boundary comes last, but in no order with the others.
+        count = len(world) if world.frame is None else world.frame
+        pairs = np.column_stack([np.arange(count - 1), np.arange(1, count)])
     else:
         pairs = triangulate(world).neighbours if len(world) else np.empty((0, 2), int)
     nearest = shapely.get_coordinates(shapely.shortest_line(*world.cores[pairs].T))
@@ -122,8 +128,15 @@ def make_segments(
     -------
     tuple of FreeSegment
     """
-    across = unit(angle_of(points[:, 1] - points[:, 0]))
-    ends = read_only(points + radii[..., None] * np.stack([across, -across], axis=1))
+    along = points[:, 1] - points[:, 0]
+    across = unit(angle_of(along))
+    apart, grown = np.hypot(*along.T), radii.sum(1)
+    # Where the obstacles meet, both ends are the point that parts the line like the radii.
+    share = apart / np.where(grown > apart, grown, 1)
+    reaching = np.where((grown > apart)[:, None], share[:, None] * radii, radii)
+    ends = points + reaching[..., None] * np.stack([across, -across], axis=1)
+    ends[grown >= apart, 1] = ends[grown >= apart, 0]
+    read_only(ends)
     return tuple(
         FreeSegment((first, second), both, required)
         for (first, second), both in zip(obstacles.tolist(), ends, strict=True)
@@ -210,10 +223,15 @@ def find_endpoints(world: World, segments: Sequence[FreeSegment]) -> tuple[Endpo
     """
     facing: list[list[tuple[int, np.ndarray, np.ndarray]]] = [[] for _ in world]
     for index, segment in enumerate(segments):
-        across = (segment.ends[1] - segment.ends[0]) / segment.length
-        outwards = read_only(across), read_only(-across)
-        for owner, end, outward in zip(segment.obstacles, segment.ends, outwards, strict=True):
-            facing[owner].append((index, end, outward))
+        for side, (owner, end) in enumerate(zip(segment.obstacles, segment.ends, strict=True)):
+            across = segment.ends[1 - side] - end
+            if segment.length == 0:
+                # What touches a disc is away from its centre, and a polygon's own direction is
+                # asked for at no danger segment.
+                across = end - world[owner].vertices[0]
+            length = np.hypot(*across)
+            if length > 0:
+                facing[owner].append((index, end, read_only(across / length)))
     endpoints = []
     for owner, (obstacle, ends) in enumerate(zip(world, facing, strict=True)):
         corners = world.corners[owner]

@@ -1,17 +1,19 @@
 """Triangulation of a world: which obstacles are neighbours, and the rooms between them."""
 
+import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
-from freeseg.geometry import cross, ranges, read_only, unit
+from freeseg.geometry import cross, read_only, unit
 from freeseg.world import World
 
-#: Polygon edges are divided so that no part is longer (m): the triangulation then nearly always
-#: follows them.
-PART = 0.1
+#: How often outlines are halved, at most, where the triangulation does not follow them: where they
+#: cross each other it never will, and what is left there soon is short.
+ROUNDS = 16
 
 #: How many points far outside stand round the world, so that there are rooms all round it.
 RING = 8
@@ -24,12 +26,14 @@ class Triangulation:
     Parameters
     ----------
     points : ndarray, shape (s, 2)
-        Sites (m): a disc's centre, a polygon's corners and points of its
-        edges, and a ring of points far outside.
+        Sites (m): a disc's centre, a polygon's corners and, where the
+        triangulation would not follow its outline, points of its edges; and a
+        ring of points far outside.
     radii : ndarray, shape (s,)
         Radii of the sites (m): a disc's own, or zero.
     obstacle : ndarray of int, shape (s,)
-        Obstacle that each site belongs to; -1 for the ring.
+        Obstacle that each site belongs to, the first one where several share
+        it; -1 for the ring.
     triangles : ndarray of int, shape (t, 3)
         Sites of every triangle, counter-clockwise.
     edges : ndarray of int, shape (e, 2)
@@ -38,6 +42,8 @@ class Triangulation:
         Edges of every triangle; edge k joins its sites k and k + 1.
     rooms_of : ndarray of int, shape (e, 2)
         Triangles on both sides of every edge; the same one twice outside.
+    walls : ndarray of bool, shape (e,)
+        Whether an edge is part of an outline, or runs through a polygon.
     """
 
     points: np.ndarray
@@ -47,6 +53,7 @@ class Triangulation:
     edges: np.ndarray
     edges_of: np.ndarray
     rooms_of: np.ndarray
+    walls: np.ndarray
 
     def __repr__(self) -> str:
         inner = int((self.obstacle >= 0).sum())
@@ -61,17 +68,31 @@ class Triangulation:
 
     def find(self, point: ArrayLike) -> int | None:
         """Index of the triangle that a point (m) lies in; None outside the ring."""
-        normals, levels = self._sides
-        inside = (normals @ np.asarray(point) >= levels).all(1)
-        return int(np.argmax(inside)) if inside.any() else None
+        x, y = np.asarray(point, float).tolist()
+        # Walk to it from the nearest of a few triangles (E. Muecke, I. Saias, B. Zhu, "Fast
+        # randomized point location", *Comput. Geom.* 12, 1999).
+        some = np.arange(0, len(self.triangles), math.ceil(len(self.triangles) ** (2 / 3)))
+        apart = self.points[self.triangles[some, 0]] - (x, y)
+        room = int(some[np.argmin((apart**2).sum(1))])
+        for _ in range(len(self.triangles)):
+            a, b, c = self.points[self.triangles[room]].tolist()
+            sides = [
+                (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])
+                for p, q in ((a, b), (b, c), (c, a))
+            ]
+            if min(sides) >= 0:
+                return room
+            first, second = self.rooms_of[self.edges_of[room, np.argmin(sides)]].tolist()
+            if first == second:
+                break
+            room = second if first == room else first
+        return self._search((x, y))
 
-    @cached_property
-    def _sides(self) -> tuple[np.ndarray, np.ndarray]:
-        """Inward normals of the triangles' edges (t, 3, 2), and their levels (t, 3)."""
+    def _search(self, point: tuple[float, float]) -> int | None:
+        """As `find`, but looking at all triangles."""
         corners = self.points[self.triangles]
-        along = np.roll(corners, -1, 1) - corners
-        normals = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-        return read_only(normals), read_only((normals * corners).sum(-1))
+        inside = (cross(np.roll(corners, -1, 1) - corners, point - corners) >= 0).all(1)
+        return int(np.argmax(inside)) if inside.any() else None
 
 
 @lru_cache(maxsize=4)
@@ -81,8 +102,8 @@ def triangulate(world: World) -> Triangulation:
     The Delaunay triangulation weighted with the squared radii: its edges part
     unequal discs, and a disc that meets no other is never left out. It is the
     lower hull of the sites lifted to x^2 + y^2 - r^2 (F. Aurenhammer, "Power
-    diagrams", *SIAM J. Comput.* 16, 1987). A world is triangulated once and
-    remembered.
+    diagrams", *SIAM J. Comput.* 16, 1987). Outlines that it does not follow are
+    halved until it does. A world is triangulated once and remembered.
 
     Parameters
     ----------
@@ -93,46 +114,138 @@ def triangulate(world: World) -> Triangulation:
     -------
     Triangulation
     """
-    points, obstacle = _divide(world)
+    points, radii, obstacle, outlines = _place_sites(world)
     middle = (points.min(0) + points.max(0)) / 2
-    extent = np.ptp(points, axis=0).max() + 1
+    extent = np.ptp(points, axis=0).max()
+    # Room for a robot also where there is hardly any obstacle, but not so much that round-off
+    # would swallow a tiny world.
+    extent += min(1.0, 1000 * (extent + radii.max()))
     ring = middle + 4 * extent * unit(2 * np.pi * (np.arange(RING) + 0.3) / RING)
-    radii = np.concatenate([world.radii[obstacle], np.zeros(RING)])
     points = np.concatenate([points, ring])
-    obstacle = np.concatenate([obstacle, np.full(RING, -1)])
-    triangles = _lower_hull((points - middle) / extent, radii / extent)
-    arrays = points, radii, obstacle, triangles, *_find_edges(triangles, len(points))
+    radii = np.append(radii, np.zeros(RING))
+    obstacle = np.append(obstacle, np.full(RING, -1))
+    hull = _LowerHull((points - middle) / extent, radii / extent)
+    for halved in range(ROUNDS + 1):
+        triangles = hull.triangles()
+        missing = _missing(world, points, outlines, triangles)
+        if not missing.any() or halved == ROUNDS:
+            break
+        tails, heads = outlines[missing].T
+        halfway = points[tails] + (points[heads] - points[tails]) / 2
+        new = len(points) + np.arange(len(tails))
+        points, radii = np.concatenate([points, halfway]), np.append(radii, np.zeros(len(tails)))
+        obstacle = np.append(obstacle, obstacle[tails])
+        parts = np.column_stack([tails, new]), np.column_stack([new, heads])
+        outlines = np.concatenate([outlines[~missing], *parts])
+        hull.add((halfway - middle) / extent)
+    edges, edges_of, rooms_of = _find_edges(triangles, len(points))
+    walls = _find_walls(world, points, edges, outlines, missing)
+    arrays = points, radii, obstacle, triangles, edges, edges_of, rooms_of, walls
     return Triangulation(*map(read_only, arrays))
 
 
-def _divide(world: World) -> tuple[np.ndarray, np.ndarray]:
-    """Points along the obstacles' outlines (m), no farther apart than `PART`; whose they are."""
-    length = np.hypot(*(world.edges[:, 1] - world.edges[:, 0]).T)
-    parts = np.maximum(np.ceil(length / PART), 1).astype(int)
-    edge = np.repeat(np.arange(len(parts)), parts)
-    share = ranges(np.zeros_like(parts), parts) / parts[edge]
-    points = world.edges[edge, 0] + share[:, None] * (world.edges[edge, 1] - world.edges[edge, 0])
-    return points, np.repeat(np.arange(len(world)), world.edge_counts)[edge]
+def _place_sites(world: World) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Centres and corners (s, 2), their radii and obstacles (s,), and pairs on outlines (k, 2)."""
+    owner = np.repeat(np.arange(len(world)), world.edge_counts)
+    tails = world.edges[:, 0]
+    corners = np.flatnonzero(world.edge_counts[owner] > 1)
+    # Where outlines meet in a corner, they share a site.
+    _, first, alike = np.unique(tails[corners] @ (1, 1j), return_index=True, return_inverse=True)
+    same = np.arange(len(tails))
+    same[corners] = corners[first[alike]]
+    kept = np.flatnonzero(same == np.arange(len(tails)))
+    number = np.searchsorted(kept, same)
+    outlines = number[np.column_stack([corners, world.following_edge[corners]])]
+    return tails[kept], world.radii[owner[kept]], owner[kept], outlines
 
 
-def _lower_hull(points: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Triangles (t, 3) on the lower hull of the lifted sites, counter-clockwise."""
-    # Imported here: it takes long, and only large worlds need it.
-    from scipy.spatial import ConvexHull
+def _missing(
+    world: World, points: np.ndarray, outlines: np.ndarray, triangles: np.ndarray
+) -> np.ndarray:
+    """Which parts of outlines are no edges of triangles though they should be, shape (k,)."""
+    sides = np.stack([triangles, np.roll(triangles, -1, 1)], axis=2).reshape(-1, 2)
+    missing = ~np.isin(_name(outlines, len(points)), _name(sides, len(points)))
+    if missing.any() and world.radii.any():
+        # Within a disc there is nothing to follow, and its weight hides sites there.
+        number = np.flatnonzero(missing)
+        ends = shapely.points(points[outlines[number]])
+        inside = []
+        for end in ends.T:
+            which, disc, _ = world.near(end, 0.0)
+            round_one = world.radii[disc] > 0
+            inside.append(which[round_one] * len(world) + disc[round_one])
+        missing[number[np.intersect1d(*inside) // len(world)]] = False
+    return missing
 
-    hull = ConvexHull(np.column_stack([points, (points**2).sum(1) - radii**2]))
-    # Qhull counts in 32 bits, too few for the product that names an edge in `_find_edges`.
-    triangles = hull.simplices[hull.equations[:, 2] < 0].astype(int)
-    a, b, c = np.moveaxis(points[triangles], 1, 0)
-    area = cross(b - a, c - a)
-    triangles[area < 0] = triangles[area < 0][:, ::-1]
-    return triangles[area != 0]
+
+def _name(pairs: np.ndarray, sites: int) -> np.ndarray:
+    """A number for every pair of so many sites, in either order."""
+    return pairs.min(1) * sites + pairs.max(1)
+
+
+def _find_walls(
+    world: World,
+    points: np.ndarray,
+    edges: np.ndarray,
+    outlines: np.ndarray,
+    missing: np.ndarray,
+) -> np.ndarray:
+    """Which edges are part of outlines, or run through polygons, shape (e,)."""
+    walls = np.isin(_name(edges, len(points)), _name(outlines, len(points)))
+    if not len(outlines):
+        return walls
+    # All of an edge that crosses no outline is where its middle is.
+    open_ones = np.flatnonzero(~walls)
+    middles = points[edges[open_ones]].mean(1)
+    which, met = world.tree.query(shapely.points(middles))
+    solid = world.edge_counts[met] > 1
+    which, cores = which[solid], world.cores[met[solid]]
+    shapely.prepare(cores)
+    walls[open_ones[which[shapely.intersects_xy(cores, *middles[which].T)]]] = True
+    if missing.any():
+        crossed = shapely.STRtree(shapely.linestrings(points[edges]))
+        lines = shapely.linestrings(points[outlines[missing]])
+        walls[crossed.query(lines, predicate="crosses")[1]] = True
+    return walls
+
+
+class _LowerHull:
+    """Lower hull of lifted sites, to which there may be added more.
+
+    Parameters
+    ----------
+    points : ndarray, shape (s, 2)
+        Sites.
+    radii : ndarray, shape (s,)
+        Their radii; sites added later have none.
+    """
+
+    def __init__(self, points: np.ndarray, radii: np.ndarray) -> None:
+        # Imported here: it takes long, and only large worlds need it.
+        from scipy.spatial import ConvexHull
+
+        lifted = np.column_stack([points, (points**2).sum(1) - radii**2])
+        self.points, self.hull = points, ConvexHull(lifted, incremental=True)
+
+    def add(self, points: np.ndarray) -> None:
+        """Add sites (k, 2)."""
+        self.points = np.concatenate([self.points, points])
+        self.hull.add_points(np.column_stack([points, (points**2).sum(1)]))
+
+    def triangles(self) -> np.ndarray:
+        """Triangles (t, 3) on the lower hull, counter-clockwise."""
+        # Qhull counts in 32 bits, too few for the product that names an edge in `_find_edges`.
+        triangles = self.hull.simplices[self.hull.equations[:, 2] < 0].astype(int)
+        a, b, c = np.moveaxis(self.points[triangles], 1, 0)
+        area = cross(b - a, c - a)
+        triangles[area < 0] = triangles[area < 0][:, ::-1]
+        return triangles[area != 0]
 
 
 def _find_edges(triangles: np.ndarray, sites: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`edges`, `edges_of` and `rooms_of` of a `Triangulation` of so many sites."""
-    both = np.sort(np.stack([triangles, np.roll(triangles, -1, 1)], axis=2).reshape(-1, 2), axis=1)
-    edges, edges_of = np.unique(both[:, 0] * sites + both[:, 1], return_inverse=True)
+    both = np.stack([triangles, np.roll(triangles, -1, 1)], axis=2).reshape(-1, 2)
+    edges, edges_of = np.unique(_name(both, sites), return_inverse=True)
     order = np.argsort(edges_of, kind="stable")
     ends = np.searchsorted(edges_of[order], [np.arange(len(edges)), np.arange(1, len(edges) + 1)])
     rooms_of = (order // 3)[np.stack([ends[0], ends[1] - 1], axis=1)]

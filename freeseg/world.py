@@ -2,7 +2,8 @@
 
 An obstacle is a *core*, a point or a polygon, grown by a radius: a disc is a
 grown point, a polygon is grown by zero. Every distance in freeseg is a
-distance to a core less that radius.
+distance to a core less that radius. What lies outside a world's boundary is one
+more obstacle, a frame, so that nothing else need know of boundaries.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,11 +18,24 @@ from freeseg import checks
 from freeseg.errors import FreesegError, InvalidQuery, InvalidWorld
 from freeseg.geometry import angle_of, cross, ranges, read_only, unit
 
-#: Largest coordinate (m): beyond it, round-off would be as large as what is decided by.
-FARTHEST = 1e4
+#: Largest coordinate (m): room for projected maps, whose northings go up to 1e7 m. Beyond it,
+#: round-off would be as large as what is decided by.
+FARTHEST = 1e8
 
-#: Obstacles nearer than this touch (m): less is round-off.
-TOUCHING = 1e-9
+#: Closed forms and geometric predicates agree to this (m), up to 100 km from the origin.
+ROUND_OFF = 1e-9
+
+#: How wide the frame round a boundary is, as a share of the boundary's extent.
+FRAME = 0.1
+
+
+def round_off(*points: ArrayLike) -> float:
+    """Length (m) to which closed forms and geometric predicates agree at such coordinates.
+
+    Farther out than 100 km it is that of some operations on the largest coordinate.
+    """
+    largest = max((np.abs(part).max(initial=0) for part in map(np.asarray, points)), default=0)
+    return max(ROUND_OFF, 32 * np.finfo(float).eps * float(largest))
 
 
 def as_points(
@@ -84,86 +98,186 @@ class Disc:
     #: Centres that the robot can turn round, shape (1, 2).
     corners = vertices
 
+    @property
+    def rings(self) -> tuple[np.ndarray, ...]:
+        """The core as outlines (m): one of one corner."""
+        return (self.vertices,)
+
+
+def _outline(values: ArrayLike, what: str) -> np.ndarray:
+    """Corners of a simple outline, counter-clockwise and each once, or `InvalidWorld`."""
+    corners = as_points(values, what, (None, 2), InvalidWorld)
+    changes = (corners[1:] != corners[:-1]).any(1)
+    corners = corners[np.append(True, changes)]
+    if len(corners) > 1 and (corners[0] == corners[-1]).all():
+        corners = corners[:-1]
+    if len(corners) < 3:
+        raise InvalidWorld(f"{what} {_shown(corners)} has under three different corners; add some")
+    core = shapely.Polygon(corners)
+    if core.area <= 0:
+        raise InvalidWorld(
+            f"{what} {_shown(corners)} is degenerate (its area is zero); give a simple outline"
+        )
+    if not core.is_valid:
+        raise InvalidWorld(
+            f"{what} crosses or touches itself ({shapely.is_valid_reason(core)}); give a simple "
+            f"outline, not {_shown(corners)}"
+        )
+    return read_only(corners if shapely.is_ccw(core.exterior) else corners[::-1])
+
+
+def _shown(corners: np.ndarray) -> str:
+    """What a message shows of corners."""
+    return checks.shown(corners[:20].tolist())
+
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
-    """A polygonal obstacle, convex or not, without holes.
+    """A polygonal obstacle, convex or not, with or without holes.
 
     Parameters
     ----------
     vertices : array_like, shape (n, 2)
-        Corners [x, y] (m) in order, in either sense; n at least 3. They are
-        kept counter-clockwise.
+        Corners [x, y] (m) of the outer outline in order, in either sense,
+        closed or not; n at least 3. A corner given several times in a row is
+        kept once. They are kept counter-clockwise.
+    holes : sequence of array_like, shape (k, 2), optional
+        Outlines inside of which is free space, such as a courtyard, likewise.
+        They are kept clockwise, so that the material is on the left of every
+        edge.
 
     Raises
     ------
     InvalidWorld
-        For fewer than three corners, a number that is not finite, an outline
-        that crosses or touches itself, or an area of zero.
+        For an outline of fewer than three different corners, with a number
+        that is not finite, that crosses or touches itself, or with an area of
+        zero; and for a hole that is not inside, or meets the outline or
+        another hole in more than a point.
     """
 
     vertices: np.ndarray
+    holes: Sequence[np.ndarray] = ()
 
     def __post_init__(self) -> None:
-        vertices = as_points(self.vertices, "polygon", (None, 2), InvalidWorld)
-        if len(vertices) > 1 and (vertices[0] == vertices[-1]).all():
-            vertices = vertices[:-1]
-        shown = f"polygon {checks.shown(vertices.tolist())}"
-        if len(vertices) < 3:
-            raise InvalidWorld(f"{shown} has under three different corners; add some")
-        if (np.roll(vertices, -1, 0) == vertices).all(1).any():
-            raise InvalidWorld(f"{shown} repeats a corner; remove the copy")
-        core = shapely.Polygon(vertices)
-        if not core.is_valid or core.area <= 0:
-            why = shapely.is_valid_reason(core) if core.area > 0 else "its area is zero"
-            raise InvalidWorld(f"{shown} is degenerate ({why}); give a simple outline")
-        if not shapely.is_ccw(core.exterior):
-            vertices = vertices[::-1]
-        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "vertices", _outline(self.vertices, "polygon"))
+        try:
+            given = list(self.holes)
+        except TypeError:
+            given = None
+        if given is None or isinstance(self.holes, str | bytes):
+            raise InvalidWorld(
+                f"holes is {checks.shown(self.holes)}; give a list of outlines, each an array of "
+                "corners"
+            )
+        holes = [
+            read_only(_outline(hole, f"holes[{index}]")[::-1]) for index, hole in enumerate(given)
+        ]
+        object.__setattr__(self, "holes", tuple(holes))
+        if holes and not self.core.is_valid:
+            raise InvalidWorld(
+                f"holes do not fit into the polygon ({shapely.is_valid_reason(self.core)}); give "
+                f"holes inside of the outline and apart from each other"
+            )
 
     radius = 0.0
 
     @property
+    def rings(self) -> tuple[np.ndarray, ...]:
+        """All outlines (m): the outer one, then the holes."""
+        return self.vertices, *self.holes
+
+    @property
     def core(self) -> shapely.Polygon:
         """The shapely geometry that, grown by `radius`, is the obstacle."""
-        return shapely.Polygon(self.vertices)
+        return shapely.Polygon(self.vertices, self.holes)
 
     @property
     def corners(self) -> np.ndarray:
         """Centres that the robot can turn round, shape (k, 2): convex corners."""
-        return read_only(self.vertices[self._convex])
+        return read_only(np.concatenate([ring[_is_convex(ring)] for ring in self._turnable]))
 
     @property
     def outward(self) -> np.ndarray:
         """Unit vectors that halve the angle outside each of `corners`, shape (k, 2)."""
-        along = unit(angle_of(np.roll(self.vertices, -1, 0) - self.vertices))
-        return read_only(unit(angle_of(np.roll(along, 1, 0) - along))[self._convex])
+        return read_only(np.concatenate([_halving(ring) for ring in self._turnable]))
 
     @property
-    def _convex(self) -> np.ndarray:
-        """Which vertices are convex corners, shape (n,)."""
-        leaving = np.roll(self.vertices, -1, 0) - self.vertices
-        return read_only(cross(np.roll(leaving, 1, 0), leaving) > 0)
+    def _turnable(self) -> tuple[np.ndarray, ...]:
+        """Outlines that the robot can turn round corners of (m)."""
+        return self.rings
+
+
+def _is_convex(ring: np.ndarray) -> np.ndarray:
+    """At which corners of an outline (n, 2) the material, on its left, is convex, shape (n,)."""
+    leaving = np.roll(ring, -1, 0) - ring
+    return read_only(cross(np.roll(leaving, 1, 0), leaving) > 0)
+
+
+def _halving(ring: np.ndarray) -> np.ndarray:
+    """Unit vectors that halve the angle outside each convex corner of an outline, (k, 2)."""
+    along = unit(angle_of(np.roll(ring, -1, 0) - ring))
+    return unit(angle_of(np.roll(along, 1, 0) - along))[_is_convex(ring)]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(Polygon):
+    """All that is outside a boundary, as an obstacle; a `World` makes it.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (n, 2)
+        The boundary (m). The frame's outer outline, which stands for the
+        infinite, becomes a box round it.
+    holes : tuple
+        Becomes the boundary, clockwise.
+    """
+
+    def __post_init__(self) -> None:
+        boundary = _outline(self.vertices, "boundary")
+        low, high = boundary.min(0), boundary.max(0)
+        wide = FRAME * (high - low).max()
+        (left, bottom), (right, top) = low - wide, high + wide
+        box = np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
+        object.__setattr__(self, "vertices", read_only(box))
+        object.__setattr__(self, "holes", (read_only(boundary[::-1]),))
+
+    @property
+    def boundary(self) -> np.ndarray:
+        """Corners of the boundary (m), counter-clockwise."""
+        return self.holes[0][::-1]
+
+    @property
+    def _turnable(self) -> tuple[np.ndarray, ...]:
+        # Nothing comes round the frame from outside.
+        return self.holes
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Known static obstacles, none of which meets another.
+    """Known static obstacles, and perhaps a boundary that the robot stays inside.
+
+    Obstacles may touch, overlap and contain each other, and meet the boundary:
+    what counts is all that they cover together.
 
     Parameters
     ----------
     obstacles : sequence of Disc and Polygon
         In the paper's order where there is one: neighbours in this order
-        are joined by free segments. May be empty.
+        are joined by free segments. May be empty. With a boundary, all that is
+        outside of it becomes one more obstacle, a `Frame`, the last one.
+    boundary : array_like of shape (n, 2), or Polygon, optional
+        Corners [x, y] (m) of a simple outline, convex or not. It is kept as an
+        array, counter-clockwise.
 
     Raises
     ------
     InvalidWorld
-        For anything that is not a `Disc` or a `Polygon`, and for two
-        obstacles that touch or overlap.
+        For anything that is not a `Disc` or a `Polygon`, and for a boundary
+        that is no simple outline or has holes.
     """
 
     obstacles: Sequence[Disc | Polygon]
+    boundary: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -179,15 +293,15 @@ class World:
                 raise InvalidWorld(
                     f"obstacle {index + 1} is {checks.shown(obstacle)}; give a Disc or a Polygon"
                 )
+        # The obstacles of a world, handed on to another one, bring their frame with them.
+        frames = [obstacle for obstacle in obstacles if isinstance(obstacle, Frame)]
+        if self.boundary is not None:
+            frames = [_frame(self.boundary)]
+        if frames:
+            others = (obstacle for obstacle in obstacles if not isinstance(obstacle, Frame))
+            obstacles = *others, frames[-1]
         object.__setattr__(self, "obstacles", obstacles)
-        first, second = self.close_pairs(TOUCHING)
-        if len(first):
-            i, j = int(first[0]), int(second[0])
-            at = [self.corners[index].mean(0).tolist() for index in (i, j)]
-            raise InvalidWorld(
-                f"obstacles {i + 1} at {at[0]} m and {j + 1} at {at[1]} m touch or overlap; "
-                "move one, or join them into one polygon"
-            )
+        object.__setattr__(self, "boundary", frames[-1].boundary if frames else None)
 
     def __len__(self) -> int:
         return len(self.obstacles)
@@ -199,7 +313,22 @@ class World:
         return self.obstacles[index]
 
     def __repr__(self) -> str:
-        return f"World of {len(self)} obstacles"
+        bounded = ", the last of them what is outside the boundary"
+        return f"World of {len(self)} obstacles{'' if self.boundary is None else bounded}"
+
+    @property
+    def frame(self) -> int | None:
+        """Index of the obstacle that is all outside the boundary; None without one."""
+        return None if self.boundary is None else len(self) - 1
+
+    def name_of(self, obstacle: int) -> str:
+        """What messages call an obstacle: its number from 1, or "the boundary"."""
+        return "the boundary" if obstacle == self.frame else f"obstacle {obstacle + 1}"
+
+    @cached_property
+    def round_off(self) -> float:
+        """Length (m) that decides nothing here, for it is round-off; see `round_off`."""
+        return round_off(self.edges, self.radii)
 
     @cached_property
     def cores(self) -> np.ndarray:
@@ -220,19 +349,27 @@ class World:
     def edges(self) -> np.ndarray:
         """All cores' outlines as segments (m), shape (m, 2, 2), by obstacle.
 
-        A disc's has length zero.
+        Those of a polygon's holes follow on its outer ones; a disc's has
+        length zero.
         """
         if not len(self):
             return read_only(np.empty((0, 2, 2)))
-        tails = np.concatenate([obstacle.vertices for obstacle in self.obstacles])
-        following = np.arange(1, len(tails) + 1)
-        following[np.r_[self.first_edge[1:], len(tails)] - 1] = self.first_edge
-        return read_only(np.stack([tails, tails[following]], axis=1))
+        tails = np.concatenate([ring for obstacle in self.obstacles for ring in obstacle.rings])
+        return read_only(np.stack([tails, tails[self.following_edge]], axis=1))
+
+    @cached_property
+    def following_edge(self) -> np.ndarray:
+        """Index in `edges` of the segment that goes on where each ends, shape (m,)."""
+        rings = (ring for obstacle in self.obstacles for ring in obstacle.rings)
+        ends = np.cumsum([len(ring) for ring in rings], dtype=int)
+        following = np.arange(1, ends[-1] + 1 if len(ends) else 1)
+        following[ends - 1] = np.append(0, ends[:-1])[: len(ends)]
+        return read_only(following)
 
     @cached_property
     def first_edge(self) -> np.ndarray:
         """Index in `edges` of each obstacle's first segment, shape (n,)."""
-        counts = [len(obstacle.vertices) for obstacle in self.obstacles]
+        counts = [sum(map(len, obstacle.rings)) for obstacle in self.obstacles]
         return read_only(np.cumsum([0, *counts[:-1]]) if counts else np.empty(0, int))
 
     @cached_property
@@ -253,7 +390,7 @@ class World:
         return tuple(obstacle.corners for obstacle in self.obstacles)
 
     def close_pairs(self, gap: float) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs of obstacles whose boundaries are at most `gap` apart.
+        """Pairs of obstacles that are at most `gap` apart, or meet.
 
         Parameters
         ----------
@@ -319,6 +456,18 @@ class World:
             Distance (m); below or at zero where the obstacle is met.
         """
         return shapely.distance(self.cores, geometry) - self.radii
+
+
+def _frame(boundary: ArrayLike | Polygon) -> Frame:
+    """The frame outside a boundary, or `InvalidWorld`."""
+    if isinstance(boundary, Polygon):
+        if boundary.holes:
+            raise InvalidWorld(
+                f"boundary has {len(boundary.holes)} holes; give its outer outline alone, and the "
+                "holes as obstacles"
+            )
+        boundary = boundary.vertices
+    return Frame(boundary)
 
 
 def check_world(world: object) -> World:

@@ -1,9 +1,17 @@
-"""Planners: each is one function, see `freeseg.plan.Planner`."""
+"""Planners: each is one function, see `freeseg.plan.Planner`; and where they may begin."""
 
 from freeseg.planners.fallback import with_fallback
 from freeseg.planners.free_segment import plan
 from freeseg.planners.literal import literal_plan
+from freeseg.planners.nearest_free import nearest_free
 from freeseg.planners.rooms import plan_rooms
 from freeseg.planners.shortest import shortest_path
 
-__all__ = ["literal_plan", "plan", "plan_rooms", "shortest_path", "with_fallback"]
+__all__ = [
+    "literal_plan",
+    "nearest_free",
+    "plan",
+    "plan_rooms",
+    "shortest_path",
+    "with_fallback",
+]

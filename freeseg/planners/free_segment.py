@@ -17,7 +17,7 @@ from freeseg.errors import Trapped
 from freeseg.geometry import angle_of, arc_sweep, tangents, unit
 from freeseg.path import GRAZING, Arc, Line, Path
 from freeseg.plan import Candidate, Plan, Step, StepKind, TurningPoint
-from freeseg.planners.query import ROUND_OFF, Query, ask, detour_lengths, needless_turns
+from freeseg.planners.query import Query, ask, detour_lengths, needless_turns
 from freeseg.planners.shortest import ShortestRoute
 from freeseg.robot import Robot
 from freeseg.segments import (
@@ -43,7 +43,8 @@ def plan(
     Parameters
     ----------
     world : World
-        Obstacles, in the paper's order: consecutive ones are neighbours.
+        Obstacles, in the paper's order: consecutive ones are neighbours. The
+        boundary, if there is one, is in no order with them.
     start, goal : array_like, shape (2,)
         Positions p_i and p_g (m).
     robot : Robot, optional
@@ -51,7 +52,8 @@ def plan(
     margin : float, optional
         Security margin delta (m); 5 mm is an assumption. Where the start or
         the goal is closer to an obstacle than R_D, the circles round that
-        obstacle shrink to the distance there.
+        obstacle shrink to the distance there. Turns keep R_D, straight lines
+        only R_r, see below.
 
     Returns
     -------
@@ -82,8 +84,14 @@ def plan(
     starts again with the shortest route round all groups met so far. Groups
     only grow, and round all obstacles that route is exact, so the search
     ends: with a path, or with the proof that there is none. `literal_plan`
-    does without all this. In a world whose order means nothing, `plan_rooms`
-    finds the neighbours itself.
+    does without all this. In a world whose order means nothing, the chain's
+    segments are chance, and most plans end with the route round groups:
+    `plan_rooms` finds the neighbours itself.
+
+    As in the paper, a straight line is in danger only where it comes closer
+    than R_r to an obstacle, while turns keep R_D = R_r + delta / 2. So a plan
+    can be shorter than that of `shortest_path`, which keeps R_D everywhere: its
+    lines may pass obstacles that need no turn by less.
 
     Examples
     --------
@@ -231,10 +239,10 @@ class _Search:
             return 0, "no turn is needed to pass there", None
         side = int(np.argmax(past))
         arc = Path([Arc(endpoint.center.tolist(), radius, first[side], sweep[side])])
-        _, touched, distances = arc.near(self.world, self.robot.radius - ROUND_OFF)
+        _, touched, distances = arc.near(self.world, self.robot.radius - self.query.round_off)
         if len(touched):
-            nearest = touched[np.argmin(distances)] + 1
-            return int(senses[side]), f"a turn there touches obstacle {nearest}", None
+            nearest = self.world.name_of(touched[np.argmin(distances)])
+            return int(senses[side]), f"a turn there touches {nearest}", None
         return int(senses[side]), "", middle[side]
 
     def touch(
@@ -274,7 +282,9 @@ class _Search:
                 break
         else:
             raise Trapped(
-                f"round-off at obstacle {blocking + 1}; please report this world", self.steps
+                f"round-off at {self.world.name_of(blocking)}; please report this world, and "
+                "where its order means nothing, plan with fs.plan_rooms",
+                self.steps,
             )
         self.group = grown
         self.turns, self.path, self.passed = self.route.go_round(grown)

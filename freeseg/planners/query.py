@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -10,20 +11,19 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.geometry import read_only
-from freeseg.path import GRAZING, Arc, Line, Path, taut_path
+from freeseg.path import Arc, Line, Path, taut_path
 from freeseg.plan import Plan, Step, TurningPoint, turning_radius
+from freeseg.planners.nearest_free import find_nearest_free
 from freeseg.robot import Robot, as_robot
 from freeseg.segments import Endpoint, FreeSegment
-from freeseg.world import World, as_position, check_world
+from freeseg.world import ROUND_OFF as ROUND_OFF
+from freeseg.world import World, as_position, check_world, round_off
 
 #: So many samples of a path are checked together.
 STRETCH = 100
 
-#: Smallest radius of a robot (m): less would be lost in round-off.
-SMALLEST = 10e-9
-
-#: Closed forms and geometric predicates agree to this (m).
-ROUND_OFF = 1e-9
+#: Smallest radius of a robot, in round-offs: less would be lost in them.
+SMALLEST = 10
 
 
 def needless_turns(path: Path, passed: Sequence[int]) -> list[int]:
@@ -83,6 +83,11 @@ class Query:
     margin: float
     turning_radii: np.ndarray
 
+    @cached_property
+    def round_off(self) -> float:
+        """Length (m) that decides nothing here, for it is round-off; see `round_off`."""
+        return max(self.world.round_off, round_off(self.start, self.goal))
+
     def straight_line(self) -> Path:
         """Path from the start straight to the goal, with which every planner begins."""
         return Path([Line(self.start.tolist(), self.goal.tolist())])
@@ -116,15 +121,24 @@ class Query:
             Piece, obstacle, and their distance (m), below R_r; None where
             the path is free.
         """
-        pieces, obstacles, distances = path.near(self.world, self.robot.radius - ROUND_OFF)
+        pieces, obstacles, distances = path.near(self.world, self.robot.radius - self.round_off)
         if not len(pieces):
             return None
         first = np.flatnonzero(pieces == pieces[0])
         piece = path.pieces[pieces[0]]
         heading = np.subtract(piece.end, piece.start)
-        middles = [self.world.corners[index].mean(0) for index in obstacles[first]]
+        middles = [self._place_of(index, pieces[0], path) for index in obstacles[first]]
         met = first[np.argmin((np.array(middles) - piece.start) @ heading)]
         return int(pieces[met]), int(obstacles[met]), float(distances[met])
+
+    def _place_of(self, obstacle: int, piece: int, path: Path) -> np.ndarray:
+        """Where a piece that is in danger comes to an obstacle, by and large (m)."""
+        core = self.world.cores[obstacle]
+        if not shapely.get_num_interior_rings(core):
+            return self.world.corners[obstacle].mean(0)
+        # What is round the path has its middle anywhere.
+        chord = shapely.LineString([path.pieces[piece].start, path.pieces[piece].end])
+        return shapely.get_coordinates(shapely.shortest_line(chord, core))[0]
 
     def answer(
         self,
@@ -154,7 +168,7 @@ class Query:
         stretch = np.arange(len(points)) // STRETCH
         if len(points) % STRETCH == 1:
             stretch[-1] -= 1
-        limit = self.robot.radius - ROUND_OFF
+        limit = self.robot.radius - self.round_off
         # A line through the samples is at least as near as they are, and quickly compared.
         suspect, _, _ = self.world.near(shapely.linestrings(points, indices=stretch), limit)
         if len(suspect):
@@ -164,9 +178,9 @@ class Query:
                 return
             nearest = int(np.argmin(distances))
             raise Trapped(
-                f"the path comes within {distances[nearest]:.6f} m of obstacle "
-                f"{met[nearest] + 1}, the robot's radius is {self.robot.radius:.6f} m; please "
-                "report this world",
+                f"the path comes within {distances[nearest]:.6g} m of "
+                f"{self.world.name_of(met[nearest])}, the robot's radius is "
+                f"{self.robot.radius:.6g} m; please report this world",
                 steps,
             )
 
@@ -193,33 +207,68 @@ def ask(
         As for `plan`.
     """
     robot, margin = as_robot(robot), checks.not_negative("margin", margin)
-    if robot.radius < SMALLEST:
-        raise InvalidParameter(
-            f"robot.diameter is {robot.diameter:g} m, which round-off would swallow; lengths are "
-            f"in metres, give at least {2 * SMALLEST:g} m"
-        )
     check_world(world)
     start, goal = as_position(start, "start"), as_position(goal, "goal")
-    if np.hypot(*(goal - start)) <= GRAZING:
+    least = max(world.round_off, round_off(start, goal))
+    if robot.radius < SMALLEST * least:
+        raise InvalidParameter(
+            f"robot.diameter is {robot.diameter:g} m, which round-off would swallow; lengths are "
+            f"in metres, give at least {2 * SMALLEST * least:g} m"
+        )
+    if np.hypot(*(goal - start)) <= least:
         raise InvalidQuery(f"start and goal are the same point {start.tolist()}; move one")
     clear = np.full(len(world), turning_radius(robot, margin))
     for what, position in (("start", start), ("goal", goal)):
+        check_free(what, position, world, robot, margin)
         distances = world.distances(shapely.Point(position))
-        if (distances < robot.radius).any():
-            nearest = int(np.argmin(distances))
-            gap = distances[nearest]
-            where = "inside" if gap <= 0 else f"{gap:.4f} m from"
-            raise InvalidQuery(
-                f"{what} {position.tolist()} is {where} obstacle {nearest + 1}, and the robot's "
-                f"radius is {robot.radius:.4f} m; move it away"
-            )
         # The circle must leave the position outside, by more than round-off, but not by so much
         # that a large robot would seem to touch.
-        clear = np.minimum(clear, distances - ROUND_OFF * np.minimum(distances, 0.5))
+        clear = np.minimum(clear, distances - least * np.minimum(distances, 0.5))
     if len(world) and margin > robot.diameter and (clear < turning_radius(robot, margin)).all():
         raise InvalidParameter(
             f"margin is {margin:g} m, wider than the robot, and the start or the goal is too close "
             f"to every obstacle for it (R_D = R_r + margin / 2); give at most "
-            f"{2 * (clear.max() - robot.radius):.4f} m"
+            f"{2 * (clear.max() - robot.radius):.4g} m"
         )
     return Query(world, start, goal, robot, margin, read_only(world.radii + clear))
+
+
+def check_free(what: str, position: np.ndarray, world: World, robot: Robot, margin: float) -> None:
+    """`InvalidQuery` for a position (m) where the robot's disc does not fit."""
+    distances = world.distances(shapely.Point(position))
+    # Beyond the frame, which is only as wide as must be, nothing is free either.
+    beyond = world.boundary is not None and not shapely.covers(
+        shapely.Polygon(world.boundary), shapely.Point(position)
+    )
+    if not beyond and (distances >= robot.radius).all():
+        return
+    free = find_nearest_free(world, position, turning_radius(robot, margin))
+    remedy = "move it away, or plan for a smaller robot or margin"
+    if free is not None:
+        remedy = f"move it away: fs.nearest_free gives {free.tolist()}"
+    if beyond:
+        raise InvalidQuery(f"{what} {position.tolist()} is outside the boundary; {remedy}")
+    nearest = int(np.argmin(distances))
+    where = _whereabouts(position, world, nearest, float(distances[nearest]), robot.radius)
+    raise InvalidQuery(
+        f"{what} {position.tolist()} is {where} {world.name_of(nearest)}, and the robot's radius "
+        f"is {_metres(robot.radius)} m; {remedy}"
+    )
+
+
+def _whereabouts(
+    position: np.ndarray, world: World, obstacle: int, gap: float, radius: float
+) -> str:
+    """Where a position is as seen from an obstacle that is nearer than the radius (m)."""
+    if gap > 0:
+        # As many digits as it takes to tell the gap from the radius.
+        shown = (_metres(gap, digits) for digits in range(4, 18))
+        return f"{next(text for text in shown if text != _metres(radius))} m from"
+    core = world.cores[obstacle]
+    off = shapely.Point(position).distance(core.boundary) if world.radii[obstacle] == 0 else -gap
+    return "on the edge of" if off <= world.round_off else "inside"
+
+
+def _metres(length: float, digits: int = 4) -> str:
+    """A length (m) with so many digits after the point, or significant ones where it is short."""
+    return f"{length:.{digits}f}" if length >= 0.001 else f"{length:.{digits}g}"

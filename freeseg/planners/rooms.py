@@ -32,7 +32,8 @@ class _RoomGraph(NamedTuple):
     """Graph of the rooms, for all queries of a world.
 
     A node is one end of a safe segment, where the robot passes it close to
-    the obstacle there; links join ends of two safe edges of one room.
+    the obstacle there, and the room that it comes to; links join the ends of
+    two safe edges of that room.
 
     Parameters
     ----------
@@ -43,8 +44,9 @@ class _RoomGraph(NamedTuple):
     safe : ndarray of bool, shape (e,)
         Whether the edge is a safe segment.
     heads : ndarray of int, shape (k,)
-        Node, 2 edge + end, that every link leads to; sorted by where from.
-    begins : ndarray of int, shape (2 e + 1,)
+        Node, 4 edge + 2 side + end, that every link leads to; sorted by where
+        from. The side is that of the room which is entered, as in `rooms_of`.
+    begins : ndarray of int, shape (4 e + 1,)
         Where in `heads` the links of each node begin.
     """
 
@@ -53,6 +55,18 @@ class _RoomGraph(NamedTuple):
     safe: np.ndarray
     heads: np.ndarray
     begins: np.ndarray
+
+    def leaving(self, room: int) -> np.ndarray:
+        """Nodes to which one comes out of a room."""
+        edges = self.mesh.edges_of[room]
+        edges = edges[self.safe[edges]]
+        entered = (self.mesh.rooms_of[edges, 0] == room).astype(int)
+        return (4 * edges[:, None] + 2 * entered[:, None] + [0, 1]).ravel()
+
+    def entering(self, room: int) -> np.ndarray:
+        """Nodes from which one comes into a room."""
+        # The other side of each edge.
+        return self.leaving(room) ^ 2
 
 
 @lru_cache(maxsize=4)
@@ -63,23 +77,46 @@ def _prepare(world: World, robot: Robot, margin: float) -> _RoomGraph:
     across = ends[:, 1] - ends[:, 0]
     length = np.hypot(*across.T)
     gap = length - radii.sum(1)
-    # Edges between parts of one obstacle are walls, also across bays: nothing leads out of these.
-    first, second = mesh.obstacle[mesh.edges].T
-    safe = (gap >= robot.diameter + margin) & ((first != second) | (first < 0))
+    required = robot.diameter + margin
+    # Nothing leads out of the ring.
+    rim = mesh.rooms_of[:, 0] == mesh.rooms_of[:, 1]
+    safe = (gap >= required) & ~mesh.walls & ~rim
     # Beside the obstacle, but not beyond the middle of the gap.
     beside = np.minimum(turning_radius(robot, margin), gap / 2)[:, None] + radii
-    across /= length[:, None]
+    with np.errstate(invalid="ignore"):
+        across /= length[:, None]
     places = np.stack(
         [ends[:, 0] + beside[:, :1] * across, ends[:, 1] - beside[:, 1:] * across], axis=1
     )
+    heads, begins = _link(mesh, safe, required)
+    return _RoomGraph(mesh, places, safe, heads, begins)
+
+
+def _link(mesh: Triangulation, safe: np.ndarray, required: float) -> tuple[np.ndarray, np.ndarray]:
+    """`heads` and `begins` of a `_RoomGraph`."""
     # The three pairs of a room's edges, in both directions, and both ends of each edge.
-    pairs = mesh.edges_of[:, [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]]].reshape(-1, 2)
-    pairs = pairs[safe[pairs].all(1)]
-    nodes = 2 * pairs[:, None] + np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    pairs = mesh.edges_of[:, [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]]]
+    passable = safe[pairs].all(2) & _are_wide(mesh, required)[:, [0, 1, 2, 0, 1, 2]]
+    room, turn = np.nonzero(passable)
+    tail, head = pairs[room, turn].T
+    tail = 4 * tail + 2 * (mesh.rooms_of[tail, 1] == room)
+    head = 4 * head + 2 * (mesh.rooms_of[head, 0] == room)
+    nodes = np.column_stack([tail, head])[:, None] + [[0, 0], [0, 1], [1, 0], [1, 1]]
     nodes = nodes.reshape(-1, 2)
     tails, heads = nodes[np.argsort(nodes[:, 0], kind="stable")].T
-    begins = np.searchsorted(tails, np.arange(2 * len(places) + 1))
-    return _RoomGraph(mesh, places, safe, heads, begins)
+    return heads, np.searchsorted(tails, np.arange(4 * len(mesh.edges) + 1))
+
+
+def _are_wide(mesh: Triangulation, required: float) -> np.ndarray:
+    """Where the robot fits between a room's corner and the wall opposite, shape (t, 3).
+
+    Column k is of the corner that edges k and k + 1 share.
+    """
+    corner = mesh.points[mesh.triangles[:, [1, 2, 0]]]
+    opposite = mesh.edges_of[:, [2, 0, 1]]
+    width = point_segment_distance(corner, mesh.points[mesh.edges[opposite]])
+    width -= mesh.radii[mesh.triangles[:, [1, 2, 0]]]
+    return (width >= required) | ~mesh.walls[opposite]
 
 
 def plan_rooms(
@@ -152,7 +189,7 @@ def _lead_through_rooms(
         edges = _find_route(query, graph, first, last)
     if first is None or edges is None:
         raise Trapped(
-            "no safe segments between different obstacles lead from the start to the goal; ask "
+            "no safe segments lead from the start to the goal; ask "
             "fs.shortest_path, which tries every route, or plan for a smaller robot or margin",
             steps,
         )
@@ -225,11 +262,9 @@ def _find_route(query: Query, graph: _RoomGraph, first: int, last: int) -> np.nd
     length reduced by what the link gains towards the goal.
     """
     # The start is one more node; the goal is reached from the nodes of its room.
-    leave, arrive = (
-        (2 * edges[graph.safe[edges], None] + [0, 1]).ravel()
-        for edges in graph.mesh.edges_of[[first, last]]
-    )
-    points = np.concatenate([graph.places.reshape(-1, 2), query.start[None]])
+    leave, arrive = graph.leaving(first), graph.entering(last)
+    places = np.repeat(graph.places, 2, axis=0).reshape(-1, 2)
+    points = np.concatenate([places, query.start[None]])
     heads = np.concatenate([graph.heads, leave])
     begins = np.append(graph.begins, len(heads))
     to_goal, from_start = (np.hypot(*(points - end).T) for end in (query.goal, query.start))
@@ -245,7 +280,7 @@ def _find_route(query: Query, graph: _RoomGraph, first: int, last: int) -> np.nd
         return None
     edges, node = [], arrive[np.argmin(cost[arrive])]
     while node != len(points) - 1:
-        edges.append(node // 2)
+        edges.append(node // 4)
         node = before[node]
     return np.array(edges[::-1])
 
