@@ -99,7 +99,9 @@ def _walk(following: list[int], node: list[int]) -> list[list[int]]:
     for first in range(len(following)):
         if not waiting[first]:
             continue
-        ring, place, edge = [], {}, first
+        ring: list[int] = []
+        place: dict[int, int] = {}
+        edge = first
         while waiting[edge]:
             waiting[edge] = False
             if node[edge] in place:

@@ -19,6 +19,8 @@ LAYERS = [
     "geometry",
     "data",
     "world",
+    "outlines",
+    "maps",
     "paper",
     "robot",
     "path",
@@ -44,6 +46,8 @@ RESERVED = {
     "control": None,
     "joblib": "freeseg.studies.runner",
     "IPython": "freeseg.display",
+    "PIL": "freeseg.maps",
+    "yaml": "freeseg.maps",
 }
 
 

@@ -341,7 +341,9 @@ def test_invalid_boundary(boundary, message):
 def test_who_is_outside_the_boundary_is_refused_as_such(planner):
     world = fs.World([fs.Disc((0.5, 2), 0.1)], U_SHAPE)
     for outside in ((-0.1, 1), (50, 50), (1.5, 2), (3.2, 1)):
-        with pytest.raises(fs.InvalidQuery, match=r"goal .* is outside the boundary; .*nearest_free"):
+        with pytest.raises(
+            fs.InvalidQuery, match=r"goal .* is outside the boundary; .*nearest_free"
+        ):
             planner(world, (0.5, 0.5), outside)
     with pytest.raises(fs.InvalidQuery, match="is on the edge of the boundary"):
         planner(world, (0, 0.5), (0.5, 0.5))
