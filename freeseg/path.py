@@ -28,6 +28,9 @@ from freeseg.world import World, check_world
 #: Pieces shorter than this (m, rad) are round-off.
 GRAZING = 1e-9
 
+#: So many edges are compared with arcs at once.
+MOST_EDGES = 200_000
+
 #: More points than this would not fit into memory.
 MOST_SAMPLES = 1e8
 
@@ -293,9 +296,7 @@ class Path:
         is_arc, arcs = self._arcs
         shapes = np.where(is_arc, shapely.points(arcs[:, :2]), self._lines)
         widths = arcs[:, 2]
-        piece, obstacle = world.tree.query(
-            shapes, predicate="dwithin", distance=widths + (world.radii + within).max()
-        )
+        piece, obstacle = world.pairs_near(shapes, widths + within.max())
         # No point of an arc is nearer to a disc than its whole circle is.
         least = shapely.distance(shapes[piece], world.cores[obstacle]) - widths[piece]
         least = np.where(world.edge_counts[obstacle] == 1, np.abs(least), least)
@@ -327,13 +328,13 @@ class Path:
         is_arc, arcs = self._arcs
         is_arc = is_arc[piece]
         if is_arc.any():
-            # All edges of the obstacle of every pair, one pair after the other.
             piece, met = piece[is_arc], obstacle[is_arc]
-            counts = world.edge_counts[met]
-            arcs, edges = arcs[np.repeat(piece, counts)], world.edges[world.edges_of(met)]
-            _, _, radius, start_angle, sweep = arcs.T
-            to_edges = arc_segment_distance(arcs[:, :2], radius, start_angle, sweep, edges)
-            to_edges = np.minimum.reduceat(to_edges, np.cumsum(counts) - counts)
+            # So many pairs at once that their edges fit into memory.
+            batches = np.cumsum(world.edge_counts[met]) // MOST_EDGES
+            to_edges = np.empty(len(met))
+            for batch in np.unique(batches):
+                some = batches == batch
+                to_edges[some] = _from_outlines(arcs[piece[some]], world, met[some])
             # Inside a polygon, the outline is away but the obstacle is not.
             x, y = np.array([part.start for part in self.pieces]).T
             to_edges[shapely.contains_xy(world.cores[met], x[piece], y[piece])] = 0
@@ -396,6 +397,17 @@ class Path:
             return cls([kinds[piece.pop("kind")](**piece) for piece in saved["pieces"]])
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise InvalidData(f"{file} is not a path saved by freeseg ({error})") from error
+
+
+def _from_outlines(arcs: np.ndarray, world: World, obstacles: np.ndarray) -> np.ndarray:
+    """Distance of arcs (k, 5) from the outlines of their obstacles' cores, shape (k,)."""
+    # All edges of the obstacle of every pair, one pair after the other.
+    counts = world.edge_counts[obstacles]
+    edges = world.edges[world.edges_of(obstacles)]
+    arcs = np.repeat(arcs, counts, axis=0)
+    _, _, radius, start_angle, sweep = arcs.T
+    apart = arc_segment_distance(arcs[:, :2], radius, start_angle, sweep, edges)
+    return np.minimum.reduceat(apart, np.cumsum(counts) - counts)
 
 
 def taut_path(

@@ -15,6 +15,9 @@ from freeseg.world import World
 #: cross each other it never will, and what is left there soon is short.
 ROUNDS = 16
 
+#: So many sites a corner are enough, whatever the outlines still ask for.
+MOST_SITES = 20
+
 #: How many points far outside stand round the world, so that there are rooms all round it.
 RING = 8
 
@@ -115,6 +118,7 @@ def triangulate(world: World) -> Triangulation:
     Triangulation
     """
     points, radii, obstacle, outlines = _place_sites(world)
+    corners = len(points)
     middle = (points.min(0) + points.max(0)) / 2
     extent = np.ptp(points, axis=0).max()
     # Room for a robot also where there is hardly any obstacle, but not so much that round-off
@@ -124,20 +128,18 @@ def triangulate(world: World) -> Triangulation:
     points = np.concatenate([points, ring])
     radii = np.append(radii, np.zeros(RING))
     obstacle = np.append(obstacle, np.full(RING, -1))
-    hull = _LowerHull((points - middle) / extent, radii / extent)
     for halved in range(ROUNDS + 1):
-        triangles = hull.triangles()
+        triangles = _lower_hull((points - middle) / extent, radii / extent)
         missing = _missing(world, points, outlines, triangles)
-        if not missing.any() or halved == ROUNDS:
+        if not missing.any() or halved == ROUNDS or len(points) > MOST_SITES * (corners + RING):
             break
         tails, heads = outlines[missing].T
-        halfway = points[tails] + (points[heads] - points[tails]) / 2
-        new = len(points) + np.arange(len(tails))
-        points, radii = np.concatenate([points, halfway]), np.append(radii, np.zeros(len(tails)))
-        obstacle = np.append(obstacle, obstacle[tails])
+        halfway = _halfway(points, tails, heads, corners)
+        new, added = _merge(points, halfway, world.round_off)
+        points, radii = np.concatenate([points, halfway[added]]), np.append(radii, 0.0 * added)
+        obstacle = np.append(obstacle, obstacle[tails[added]])
         parts = np.column_stack([tails, new]), np.column_stack([new, heads])
-        outlines = np.concatenate([outlines[~missing], *parts])
-        hull.add((halfway - middle) / extent)
+        outlines = _each_once(np.concatenate([outlines[~missing], *parts]))
     edges, edges_of, rooms_of = _find_edges(triangles, len(points))
     walls = _find_walls(world, points, edges, outlines, missing)
     arrays = points, radii, obstacle, triangles, edges, edges_of, rooms_of, walls
@@ -156,7 +158,52 @@ def _place_sites(world: World) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     kept = np.flatnonzero(same == np.arange(len(tails)))
     number = np.searchsorted(kept, same)
     outlines = number[np.column_stack([corners, world.following_edge[corners]])]
-    return tails[kept], world.radii[owner[kept]], owner[kept], outlines
+    return tails[kept], world.radii[owner[kept]], owner[kept], _each_once(outlines)
+
+
+def _halfway(points: np.ndarray, tails: np.ndarray, heads: np.ndarray, corners: int) -> np.ndarray:
+    """Points (k, 2) that halve parts of outlines, by and large.
+
+    A part that begins at a corner, one of the first sites, is cut at a power of
+    two, so that the cuts of both edges there are level and ask for no further
+    ones (J. Ruppert, *J. Algorithms* 18, 1995).
+    """
+    along = points[heads] - points[tails]
+    length = np.hypot(*along.T)
+    share = 2 ** np.round(np.log2(length / 2)) / length
+    from_tail, from_head = tails < corners, heads < corners
+    share = np.where(from_tail == from_head, 0.5, np.where(from_tail, share, 1 - share))
+    return points[tails] + share[:, None] * along
+
+
+def _merge(points: np.ndarray, new: np.ndarray, gap: float) -> tuple[np.ndarray, np.ndarray]:
+    """Which sites new ones (k, 2) become, and which of them are added after those there are.
+
+    One that is at most `gap` (m) from another is the same: outlines that lie on each
+    other are cut at the same places.
+    """
+    # Imported here: it takes long, and only large worlds need it.
+    from scipy.spatial import KDTree
+
+    everything = np.concatenate([points, new])
+    _, near = KDTree(everything).query(new, k=4, distance_upper_bound=gap)
+    # Beyond the end stands for none; the new site itself is among its neighbours.
+    own = len(points) + np.arange(len(new))
+    same = np.minimum(near.min(1), own)
+    # Of a row of such neighbours, only the first two are taken for one.
+    later = np.maximum(same - len(points), 0)
+    same = np.where((same < len(points)) | (same[later] == own[later]), same, own)
+    added = np.flatnonzero(same == own)
+    number = np.append(np.arange(len(points)), np.zeros(len(new), int))
+    number[own[added]] = len(points) + np.arange(len(added))
+    return number[same], added
+
+
+def _each_once(outlines: np.ndarray) -> np.ndarray:
+    """Pairs of different sites (k, 2), each once whatever its order."""
+    outlines = outlines[outlines[:, 0] != outlines[:, 1]]
+    _, first = np.unique(np.sort(outlines, axis=1) @ (1, 1j), return_index=True)
+    return outlines[np.sort(first)]
 
 
 def _missing(
@@ -165,16 +212,19 @@ def _missing(
     """Which parts of outlines are no edges of triangles though they should be, shape (k,)."""
     sides = np.stack([triangles, np.roll(triangles, -1, 1)], axis=2).reshape(-1, 2)
     missing = ~np.isin(_name(outlines, len(points)), _name(sides, len(points)))
-    if missing.any() and world.radii.any():
+    discs = np.flatnonzero(world.radii)
+    if missing.any() and len(discs):
         # Within a disc there is nothing to follow, and its weight hides sites there.
         number = np.flatnonzero(missing)
-        ends = shapely.points(points[outlines[number]])
+        tree = shapely.STRtree(world.cores[discs])
         inside = []
-        for end in ends.T:
-            which, disc, _ = world.near(end, 0.0)
-            round_one = world.radii[disc] > 0
-            inside.append(which[round_one] * len(world) + disc[round_one])
-        missing[number[np.intersect1d(*inside) // len(world)]] = False
+        for end in points[outlines[number]].transpose(1, 0, 2):
+            near = shapely.points(end)
+            which, disc = tree.query(near, predicate="dwithin", distance=world.radii.max())
+            apart = np.hypot(*(end[which] - world.edges[world.first_edge[discs[disc]], 0]).T)
+            covered = apart <= world.radii[discs[disc]]
+            inside.append(which[covered] * len(discs) + disc[covered])
+        missing[number[np.intersect1d(*inside) // len(discs)]] = False
     return missing
 
 
@@ -209,37 +259,18 @@ def _find_walls(
     return walls
 
 
-class _LowerHull:
-    """Lower hull of lifted sites, to which there may be added more.
+def _lower_hull(points: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Triangles (t, 3) on the lower hull of the lifted sites, counter-clockwise."""
+    # Imported here: it takes long, and only large worlds need it.
+    from scipy.spatial import ConvexHull
 
-    Parameters
-    ----------
-    points : ndarray, shape (s, 2)
-        Sites.
-    radii : ndarray, shape (s,)
-        Their radii; sites added later have none.
-    """
-
-    def __init__(self, points: np.ndarray, radii: np.ndarray) -> None:
-        # Imported here: it takes long, and only large worlds need it.
-        from scipy.spatial import ConvexHull
-
-        lifted = np.column_stack([points, (points**2).sum(1) - radii**2])
-        self.points, self.hull = points, ConvexHull(lifted, incremental=True)
-
-    def add(self, points: np.ndarray) -> None:
-        """Add sites (k, 2)."""
-        self.points = np.concatenate([self.points, points])
-        self.hull.add_points(np.column_stack([points, (points**2).sum(1)]))
-
-    def triangles(self) -> np.ndarray:
-        """Triangles (t, 3) on the lower hull, counter-clockwise."""
-        # Qhull counts in 32 bits, too few for the product that names an edge in `_find_edges`.
-        triangles = self.hull.simplices[self.hull.equations[:, 2] < 0].astype(int)
-        a, b, c = np.moveaxis(self.points[triangles], 1, 0)
-        area = cross(b - a, c - a)
-        triangles[area < 0] = triangles[area < 0][:, ::-1]
-        return triangles[area != 0]
+    hull = ConvexHull(np.column_stack([points, (points**2).sum(1) - radii**2]))
+    # Qhull counts in 32 bits, too few for the product that names an edge in `_find_edges`.
+    triangles = hull.simplices[hull.equations[:, 2] < 0].astype(int)
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    area = cross(b - a, c - a)
+    triangles[area < 0] = triangles[area < 0][:, ::-1]
+    return triangles[area != 0]
 
 
 def _find_edges(triangles: np.ndarray, sites: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

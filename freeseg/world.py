@@ -25,6 +25,9 @@ FARTHEST = 1e8
 #: Closed forms and geometric predicates agree to this (m), up to 100 km from the origin.
 ROUND_OFF = 1e-9
 
+#: Polygons of more segments are sought one by one, with Shapely's index of their own segments.
+MANY_SEGMENTS = 64
+
 #: How wide the frame round a boundary is, as a share of the boundary's extent.
 FRAME = 0.1
 
@@ -156,7 +159,7 @@ class Polygon:
     """
 
     vertices: np.ndarray
-    holes: Sequence[np.ndarray] = ()
+    holes: tuple[np.ndarray, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", _outline(self.vertices, "polygon"))
@@ -184,7 +187,7 @@ class Polygon:
     @property
     def rings(self) -> tuple[np.ndarray, ...]:
         """All outlines (m): the outer one, then the holes."""
-        return self.vertices, *self.holes
+        return (self.vertices, *self.holes)
 
     @property
     def core(self) -> shapely.Polygon:
@@ -346,6 +349,46 @@ class World:
         return shapely.STRtree(self.cores)
 
     @cached_property
+    def _trees(self) -> tuple[shapely.STRtree, shapely.STRtree]:
+        """As `tree`, but of the cores with few segments, and of those with many."""
+        many = self.edge_counts > MANY_SEGMENTS
+        shapely.prepare(self.cores[many])
+        few, others = self.cores.copy(), self.cores.copy()
+        # A tree leaves out what is None, and counts on.
+        few[many], others[~many] = None, None
+        return shapely.STRtree(few), shapely.STRtree(others)
+
+    def pairs_near(
+        self, geometries: np.ndarray, within: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs among which are all geometries and obstacles at most `within` apart.
+
+        Parameters
+        ----------
+        geometries : ndarray of shapely geometry, shape (k,)
+            Any, in metres.
+        within : ndarray, shape (k,)
+            Largest distance (m).
+
+        Returns
+        -------
+        which, obstacle : ndarray of int, shape (m,)
+            Geometry, in order, and obstacle.
+        """
+        few, many = self._trees
+        reach = within + self.radii.max()
+        which, obstacle = few.query(geometries, predicate="dwithin", distance=reach)
+        if not len(many):
+            return which, obstacle
+        left, bottom, right, top = shapely.bounds(geometries).T
+        boxes = shapely.box(left - within, bottom - within, right + within, top + within)
+        also, large = many.query(boxes)
+        close = shapely.dwithin(self.cores[large], geometries[also], within[also])
+        which = np.append(which, also[close])
+        order = np.argsort(which, kind="stable")
+        return which[order], np.append(obstacle, large[close])[order]
+
+    @cached_property
     def edges(self) -> np.ndarray:
         """All cores' outlines as segments (m), shape (m, 2, 2), by obstacle.
 
@@ -404,9 +447,7 @@ class World:
         """
         if len(self) < 2:
             return np.empty(0, int), np.empty(0, int)
-        # No core that is farther away belongs to an obstacle so close.
-        farthest = self.radii + self.radii.max() + gap
-        first, second = self.tree.query(self.cores, predicate="dwithin", distance=farthest)
+        first, second = self.pairs_near(self.cores, self.radii + gap)
         once = first < second
         first, second = first[once], second[once]
         apart = shapely.distance(self.cores[first], self.cores[second])
@@ -435,9 +476,7 @@ class World:
         if not len(self):
             return np.empty(0, int), np.empty(0, int), np.empty(0)
         within = np.broadcast_to(within, np.shape(geometries))
-        which, obstacle = self.tree.query(
-            geometries, predicate="dwithin", distance=within + self.radii.max()
-        )
+        which, obstacle = self.pairs_near(geometries, within)
         distance = shapely.distance(self.cores[obstacle], geometries[which]) - self.radii[obstacle]
         close = distance <= within[which]
         return which[close], obstacle[close], distance[close]
@@ -467,7 +506,7 @@ def _frame(boundary: ArrayLike | Polygon) -> Frame:
                 "holes as obstacles"
             )
         boundary = boundary.vertices
-    return Frame(boundary)
+    return Frame(as_points(boundary, "boundary", (None, 2), InvalidWorld))
 
 
 def check_world(world: object) -> World:

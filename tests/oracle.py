@@ -128,11 +128,18 @@ def _too_close(geometries, cores, keep):
     return (distance < np.array(keep)[:, None] - ROUND_OFF).any(0)
 
 
+def _rings(world, keep):
+    """All outlines, with the distance that is kept from each."""
+    for obstacle, distance in zip(world.obstacles, keep, strict=True):
+        for ring in obstacle.rings:
+            yield ring, distance
+
+
 def _closed_angles(center, radius, world, keep):
     """A direction (rad) from the centre in every part of the circle that is too close."""
     angles = []
-    for obstacle, distance in zip(world.obstacles, keep, strict=True):
-        corners = [complex(*corner) for corner in obstacle.vertices]
+    for ring, distance in _rings(world, keep):
+        corners = [complex(*corner) for corner in ring]
         reach = distance - ROUND_OFF
         for corner, following in zip(corners, corners[1:] + corners[:1], strict=True):
             # Where the circle crosses that round the corner, and the edge moved out and in.
@@ -180,12 +187,12 @@ def shortest_way(world, start, goal, keep):
     """
     keep = world.radii + keep
     nodes = [(complex(*start), 0.0), (complex(*goal), 0.0)]
-    for obstacle, distance in zip(world.obstacles, keep, strict=True):
-        corners = [complex(*corner) for corner in obstacle.vertices]
+    for ring, distance in _rings(world, keep):
+        corners = [complex(*corner) for corner in ring]
         for before, corner, after in zip(
             corners[-1:] + corners[:-1], corners, corners[1:] + corners[:1], strict=True
         ):
-            # Corners are counter-clockwise; nothing turns round one that is not convex.
+            # The material is on the left; nothing turns round one that is not convex.
             if len(corners) == 1 or ((after - corner) / (corner - before)).imag > 0:
                 nodes += [(corner, distance), (corner, -distance)]
     ways = [
@@ -259,8 +266,9 @@ def may_and_must_connect(world, start, goal, reach, cell):
         part = tuple(slice(*ends) for ends in zip(first, last + 1, strict=True))
         x, y = low[:, None, None] + cell * np.mgrid[part]
         places, near = x + 1j * y, np.where(shapely.contains_xy(core, x, y), 0, np.inf)
-        tails = obstacle.vertices @ (1, 1j)
-        for tail, along in zip(tails, np.roll(tails, -1) - tails, strict=True):
+        tails = np.concatenate(obstacle.rings) @ (1, 1j)
+        heads = np.concatenate([np.roll(ring, -1, 0) for ring in obstacle.rings]) @ (1, 1j)
+        for tail, along in zip(tails, heads - tails, strict=True):
             share = ((places - tail) * np.conj(along)).real / max(abs(along) ** 2, 1e-300)
             near = np.minimum(near, abs(places - tail - np.clip(share, 0, 1) * along))
         distance[part] = np.minimum(distance[part], near - obstacle.radius)

@@ -151,15 +151,24 @@ class _Curves:
 
     def crossings(self, curves: np.ndarray) -> np.ndarray:
         """Where curves of these indices meet (m), shape (m, 2)."""
-        circles, lines = curves[curves < len(self.radii)], curves[curves >= len(self.radii)]
-        centers, radii = self.centers[circles], self.radii[circles]
-        lines = self.lines[lines - len(self.radii)]
-        first, second = np.triu_indices(len(circles), 1)
-        parts = [_where_circles_meet(centers, radii, first, second)]
-        first, second = (index.ravel() for index in np.indices((len(circles), len(lines))))
-        parts.append(_where_lines_meet_circles(centers[first], radii[first], lines[second]))
-        first, second = np.triu_indices(len(lines), 1)
-        parts.append(_where_lines_meet(lines[first], lines[second]))
+        count = len(self.radii)
+        low = np.concatenate([self.centers - self.radii[:, None], self.lines.min(1)])[curves]
+        high = np.concatenate([self.centers + self.radii[:, None], self.lines.max(1)])[curves]
+        boxes = shapely.box(*low.T, *high.T)
+        first, second = curves[shapely.STRtree(boxes).query(boxes)]
+        once = first < second
+        first, second = first[once], second[once]
+        # Lines come after circles, so that the first one of a pair of both is the circle.
+        two, none = second < count, first >= count
+        mixed = ~two & ~none
+        lines = self.lines[second[~two] - count]
+        parts = (
+            _where_circles_meet(self.centers, self.radii, first[two], second[two]),
+            _where_lines_meet_circles(
+                self.centers[first[mixed]], self.radii[first[mixed]], lines[mixed[~two]]
+            ),
+            _where_lines_meet(self.lines[first[none] - count], lines[none[~two]]),
+        )
         return np.concatenate(parts)
 
 

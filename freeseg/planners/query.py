@@ -22,6 +22,9 @@ from freeseg.world import World, as_position, check_world, round_off
 #: So many samples of a path are checked together.
 STRETCH = 100
 
+#: In worlds of more segments, it may take seconds to find the nearest free position for a message.
+QUICK = 5000
+
 #: Smallest radius of a robot, in round-offs: less would be lost in them.
 SMALLEST = 10
 
@@ -242,10 +245,12 @@ def check_free(what: str, position: np.ndarray, world: World, robot: Robot, marg
     )
     if not beyond and (distances >= robot.radius).all():
         return
-    free = find_nearest_free(world, position, turning_radius(robot, margin))
-    remedy = "move it away, or plan for a smaller robot or margin"
-    if free is not None:
-        remedy = f"move it away: fs.nearest_free gives {free.tolist()}"
+    remedy = "move it away: ask fs.nearest_free"
+    if len(world.edges) <= QUICK:
+        free = find_nearest_free(world, position, turning_radius(robot, margin))
+        remedy = "move it away, or plan for a smaller robot or margin"
+        if free is not None:
+            remedy = f"move it away: fs.nearest_free gives {free.tolist()}"
     if beyond:
         raise InvalidQuery(f"{what} {position.tolist()} is outside the boundary; {remedy}")
     nearest = int(np.argmin(distances))

@@ -21,7 +21,7 @@ from freeseg.planners.query import Query, ask, needless_turns
 from freeseg.robot import Robot
 from freeseg.segments import MARGIN, Endpoint, FreeSegment, make_segments
 from freeseg.triangulation import Triangulation, triangulate
-from freeseg.world import World
+from freeseg.world import ROUND_OFF, World
 
 #: How much longer than the straight line the route may become, as a share of that line: at first,
 #: and where that is not enough.
@@ -207,7 +207,8 @@ def _pull_through(
     index = np.cumsum(inner) - 1
     signed = np.append(query.turning_radii, 0.0)[mesh.obstacle[sites]] * (1, -1)
     turns = []
-    for gap, side in pull_taut(query.start, mesh.points[sites], signed, query.goal):
+    slack = query.round_off / 10
+    for gap, side in pull_taut(query.start, mesh.points[sites], signed, query.goal, slack):
         ends, site = passed[gap].ends, sites[gap, side]
         outward = read_only((ends[1 - side] - ends[side]) / passed[gap].length)
         obstacle, center = int(mesh.obstacle[site]), mesh.points[site]
@@ -242,6 +243,12 @@ def _solve_dangers(
             piece, blocking, distance = danger
             kind = StepKind.of_danger(distance)
             turns = turns.copy()
+            if not len(query.world.corners[blocking]):
+                raise Trapped(
+                    f"the route comes too close to {query.world.name_of(blocking)}, which has no "
+                    "corner to turn round; ask fs.shortest_path, which tries every route",
+                    steps,
+                )
             turns.insert(passed[piece], _turn_round(query, blocking, path.pieces[piece]))
         else:
             return turns
@@ -333,34 +340,46 @@ class _Circle(NamedTuple):
         """Whether both have the same centre."""
         return (self.x, self.y) == (other.x, other.y)
 
+    def apart_from(self, other: "_Circle") -> float:
+        """Distance (m) of the centres."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
     def heading_to(self, other: "_Circle") -> float:
         """Direction (rad) of the tangent between both."""
-        apart = math.hypot(other.x - self.x, other.y - self.y)
+        apart = self.apart_from(other)
+        if apart == 0:
+            # There is none; then there will be no path.
+            return 0.0
         # Out of range where they overlap; then the path will not pass the check.
         sine = min(max((other.signed_radius - self.signed_radius) / apart, -1), 1)
         return math.atan2(other.y - self.y, other.x - self.x) - math.asin(sine)
 
 
 def _bend(first: _Circle, middle: _Circle, last: _Circle) -> float:
-    """Angle (rad) by which a taut path over three circles turns to the left."""
-    return math.remainder(middle.heading_to(last) - first.heading_to(middle), 2 * math.pi)
+    """Angle by which a taut path over three circles turns to the left, times the shorter leg (m).
+
+    So far, by and large, is the middle one from where the path would be without it.
+    """
+    angle = math.remainder(middle.heading_to(last) - first.heading_to(middle), 2 * math.pi)
+    return angle * min(first.apart_from(middle), middle.apart_from(last))
 
 
 class _Funnel:
     """Both sides of the funnel, each from its apex on, and the circles turned round before."""
 
-    def __init__(self, start: _Circle) -> None:
+    def __init__(self, start: _Circle, slack: float) -> None:
         self.chains = [start], [start]
         self.behind: list[_Circle] = []
+        self.slack = slack
 
     def add(self, circle: _Circle, side: int) -> None:
         """Take a circle into the left (0) or the right (1) side."""
         chain, other, sign = self.chains[side], self.chains[1 - side], 1 - 2 * side
-        # A left chain bends to the left; what would bend it back falls away.
+        # A left chain bends to the left; what would bend it back, or by round-off only, falls away.
         while (
             len(chain) > 1
             and not circle.is_at(chain[-1])
-            and sign * _bend(chain[-2], chain[-1], circle) < 0
+            and sign * _bend(chain[-2], chain[-1], circle) <= self.slack
         ):
             chain.pop()
         # Nothing new where a segment shares its end with the one before, or one after that does.
@@ -382,7 +401,11 @@ class _Funnel:
 
 
 def pull_taut(
-    start: ArrayLike, centers: np.ndarray, signed: np.ndarray, goal: ArrayLike
+    start: ArrayLike,
+    centers: np.ndarray,
+    signed: np.ndarray,
+    goal: ArrayLike,
+    slack: float = ROUND_OFF / 10,
 ) -> list[tuple[int, int]]:
     """Turns of the shortest path through gaps between pairs of circles.
 
@@ -401,6 +424,8 @@ def pull_taut(
     signed : ndarray, shape (k, 2)
         Their radii (m), negative to the right; zero where there is nothing
         to turn round.
+    slack : float, optional
+        What bends the path by less (m) is round-off, and no turn.
 
     Returns
     -------
@@ -408,7 +433,7 @@ def pull_taut(
         Gap and side (0 left, 1 right) of every circle that is turned round.
     """
     first, last = (_Circle(x, y, 0.0) for x, y in np.array([start, goal], float).tolist())
-    funnel = _Funnel(first)
+    funnel = _Funnel(first, slack)
     for gap, (pair, radii) in enumerate(zip(centers.tolist(), signed.tolist(), strict=True)):
         for side in (0, 1):
             if radii[side]:
