@@ -7,13 +7,16 @@ inside a library, never NaN, never a run without end.
 import dataclasses
 import inspect
 from functools import partial
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import shapely
 
 import freeseg as fs
 from freeseg.checks import shown
+from freeseg.data import DATA
 from freeseg.path import Arc, Line
 from freeseg.reference import Reference
 from freeseg.teaching import quietly, variant_seed
@@ -206,6 +209,48 @@ CALLS = {
     "plot_wheels": (fs.plotting.plot_wheels, {"run": RUN}),
     "animate": (fs.plotting.animate, {"world": WORLD, "plan": PLAN, "run": RUN, "frames": 3}),
     "interval": (fs.studies.statistics.interval, {"values": np.eye(3), "seed": 0}),
+    "from_shapely": (
+        fs.maps.from_shapely,
+        {"geometries": [shapely.Point(0, 0, 1)], "boundary": shapely.box(0, 0, 1, 1)},
+    ),
+    "to_shapely": (fs.maps.to_shapely, {"world": WORLD}),
+    "from_wkt": (fs.maps.from_wkt, {"text": "POINT Z (0 0 1)", "boundary": None}),
+    "to_wkt": (fs.maps.to_wkt, {"world": WORLD}),
+    "from_grid": (
+        fs.maps.from_grid,
+        {
+            "occupied": [[1, 0]],
+            "resolution": 1,
+            "origin": (0, 0),
+            "tolerance": 0,
+            "boundary": True,
+        },
+    ),
+    "load_geojson": (
+        fs.maps.load_geojson,
+        {"file": DATA / "floor_plan.geojson", "unit": "deg", "origin": (0, 0)},
+    ),
+    "save_geojson": (
+        fs.maps.save_geojson,
+        {"world": WORLD, "file": "map.geojson", "unit": "deg", "origin": (0, 0)},
+    ),
+    "load_ros_map": (
+        fs.maps.load_ros_map,
+        {
+            "yaml_file": DATA / "floor_plan.yaml",
+            "tolerance": 0,
+            "unknown": "free",
+            "boundary": True,
+        },
+    ),
+    "save_ros_map": (
+        fs.maps.save_ros_map,
+        {"world": WORLD, "yaml_file": "map.yaml", "resolution": 0.1},
+    ),
+    "load_movingai": (
+        fs.maps.load_movingai,
+        {"file": "small.map", "resolution": 1, "tolerance": 0, "boundary": True},
+    ),
     "variant_seed": (variant_seed, {"course": "freeseg", "student": "ada"}),
 } | {
     tracker.__name__: (
@@ -247,8 +292,11 @@ def outcome(call, parameter, value):
     ("call", "parameter"),
     [(call, parameter) for call, (_, good) in CALLS.items() for parameter in good],
 )
-def test_bad_values_give_our_errors_or_right_results(call, parameter):
+def test_bad_values_give_our_errors_or_right_results(call, parameter, tmp_path, monkeypatch):
     plt.switch_backend("Agg")
+    # A folder for what is saved, with a map for what loads one.
+    monkeypatch.chdir(tmp_path)
+    Path("small.map").write_text("type octile\nheight 1\nwidth 2\nmap\n@.\n")
     for kind, value in BAD.items():
         if (call, parameter) == ("drive", "law") and callable(value):
             continue  # it is called, and its own error comes through
@@ -268,6 +316,9 @@ def test_every_public_function_is_fed():
         thing = getattr(fs, name)
         is_error = isinstance(thing, type) and issubclass(thing, Exception)
         if callable(thing) and not is_error and name != "load_cases":
+            assert thing in fed, name
+    for name, thing in inspect.getmembers(fs.maps, inspect.isfunction):
+        if thing.__module__ == "freeseg.maps" and not name.startswith("_"):
             assert thing in fed, name
     for name, thing in inspect.getmembers(fs.plotting, inspect.isfunction):
         if name.startswith("plot_") and "ax" not in list(inspect.signature(thing).parameters)[:1]:
