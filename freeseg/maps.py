@@ -508,7 +508,13 @@ def from_grid(
     polygons = trace_cells(cells, slack / resolution)
     height, width = cells.shape
     edge = place(np.array([(0, 0), (width, 0), (width, height), (0, height)], float))
-    obstacles = [_as_polygon("occupied", shapely.transform(one, place)) for one in polygons]
+    moved = shapely.transform(np.array(polygons, dtype=object), place)
+    # Where a corner lies on another edge, round-off may have moved it across.
+    broken = ~shapely.is_valid(moved)
+    moved[broken] = shapely.make_valid(moved[broken], method="structure", keep_collapsed=False)
+    parts = shapely.get_parts(moved)
+    parts = parts[shapely.area(parts) > (SLIVER * resolution) ** 2]
+    obstacles = [_as_polygon("occupied", part) for part in parts]
     return World(obstacles, edge if boundary else None)
 
 

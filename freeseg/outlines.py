@@ -13,6 +13,10 @@ from freeseg.geometry import cross
 #: The four directions of an edge, each a left turn from the one before: +x, +y, -x, -y.
 DIRECTIONS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 
+#: Corners that are not on the grid are rounded to this (cells): slivers that are thinner would not
+#: outlive the next round-off.
+SNAP = 2.0**-30
+
 
 def trace_cells(occupied: np.ndarray, tolerance: float = 0.0) -> list[shapely.Polygon]:
     """Polygons that cover the occupied cells.
@@ -52,7 +56,8 @@ def trace_cells(occupied: np.ndarray, tolerance: float = 0.0) -> list[shapely.Po
     crossing = {name for name, polygon in polygons.items() if not polygon.is_valid}
     for name in crossing.union(owners[shapely.is_ccw(rings) != is_shell].tolist()):
         filled = shapely.polygons(added[owner[ring] == name])
-        polygons[name] = shapely.union_all([exact[name], *filled[shapely.area(filled) > 0]])
+        filled = [exact[name], *filled[shapely.area(filled) > 0]]
+        polygons[name] = shapely.union_all(filled, grid_size=SNAP)
     return list(polygons.values())
 
 
