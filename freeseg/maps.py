@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.errors import FreesegError, InvalidData, InvalidParameter, InvalidWorld
 from freeseg.outlines import trace_cells
-from freeseg.world import Disc, Polygon, World, check_world
+from freeseg.world import FARTHEST, Disc, Polygon, World, check_world
 
 #: The WGS84 ellipsoid: equatorial radius (m) and eccentricity squared.
 EQUATOR, ECCENTRICITY_2 = 6_378_137.0, 0.00669437999014
@@ -505,15 +505,19 @@ def from_grid(
         turned = turn * resolution * (corners[:, 0] + 1j * corners[:, 1])
         return np.stack([x + turned.real, y + turned.imag], axis=1)
 
-    polygons = trace_cells(cells, slack / resolution)
     height, width = cells.shape
+    if resolution * max(height, width) > FARTHEST:
+        raise InvalidParameter(
+            f"resolution is {resolution:g}: the grid would be over {FARTHEST:g} m wide; give metres"
+        )
+    polygons = trace_cells(cells, slack / resolution)
     edge = place(np.array([(0, 0), (width, 0), (width, height), (0, height)], float))
     moved = shapely.transform(np.array(polygons, dtype=object), place)
     # Where a corner lies on another edge, round-off may have moved it across.
     broken = ~shapely.is_valid(moved)
     moved[broken] = shapely.make_valid(moved[broken], method="structure", keep_collapsed=False)
     parts = shapely.get_parts(moved)
-    parts = parts[shapely.area(parts) > (SLIVER * resolution) ** 2]
+    parts = parts[np.sqrt(shapely.area(parts)) > SLIVER * resolution]
     obstacles = [_as_polygon("occupied", part) for part in parts]
     return World(obstacles, edge if boundary else None)
 
