@@ -55,6 +55,7 @@ __version__ = "0.1.0"
 _LAZY = {
     "Mpc": "freeseg.trackers",
     "display": "freeseg.display",
+    "maps": "freeseg.maps",
     "plotting": "freeseg.plotting",
     "studies": "freeseg.studies",
     "teaching": "freeseg.teaching",
@@ -101,6 +102,7 @@ __all__ = [
     "load_cases",
     "load_table",
     "make_reference",
+    "maps",
     "metrics",
     "nearest_free",
     "plan",

@@ -7,10 +7,12 @@ inside a library, never NaN, never a run without end.
 import dataclasses
 import inspect
 from functools import partial
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import shapely
 
 import freeseg as fs
 from freeseg import data
@@ -326,6 +328,48 @@ CALLS = {
         {"path": data.DATA / "khepera4.csv", "columns": {"parameter": str}},
     ),
     "write_csv": (data.write_csv, {"path": "rows.csv", "rows": [{"name": 1}]}),
+    "from_shapely": (
+        fs.maps.from_shapely,
+        {"geometries": [shapely.Point(0, 0, 1)], "boundary": shapely.box(0, 0, 1, 1)},
+    ),
+    "to_shapely": (fs.maps.to_shapely, {"world": WORLD}),
+    "from_wkt": (fs.maps.from_wkt, {"text": "POINT Z (0 0 1)", "boundary": None}),
+    "to_wkt": (fs.maps.to_wkt, {"world": WORLD}),
+    "from_grid": (
+        fs.maps.from_grid,
+        {
+            "occupied": [[1, 0]],
+            "resolution": 1,
+            "origin": (0, 0),
+            "tolerance": 0,
+            "boundary": True,
+        },
+    ),
+    "load_geojson": (
+        fs.maps.load_geojson,
+        {"file": data.DATA / "floor_plan.geojson", "unit": "deg", "origin": (0, 0)},
+    ),
+    "save_geojson": (
+        fs.maps.save_geojson,
+        {"world": WORLD, "file": "map.geojson", "unit": "deg", "origin": (0, 0)},
+    ),
+    "load_ros_map": (
+        fs.maps.load_ros_map,
+        {
+            "yaml_file": data.DATA / "floor_plan.yaml",
+            "tolerance": 0,
+            "unknown": "free",
+            "boundary": True,
+        },
+    ),
+    "save_ros_map": (
+        fs.maps.save_ros_map,
+        {"world": WORLD, "yaml_file": "map.yaml", "resolution": 0.1},
+    ),
+    "load_movingai": (
+        fs.maps.load_movingai,
+        {"file": "small.map", "resolution": 1, "tolerance": 0, "boundary": True},
+    ),
     "variant_seed": (variant_seed, {"course": "freeseg", "student": "ada"}),
 }
 for tracker in TRACKERS:
@@ -375,6 +419,9 @@ def test_bad_values_give_our_errors_or_right_results(call, parameter, tmp_path, 
     # Some values are names of files, that are written.
     monkeypatch.chdir(tmp_path)
     plt.switch_backend("Agg")
+    # A folder for what is saved, with a map for what loads one.
+    monkeypatch.chdir(tmp_path)
+    Path("small.map").write_text("type octile\nheight 1\nwidth 2\nmap\n@.\n")
     for kind, value in BAD.items():
         if (call, parameter) in CALLED and callable(value):
             continue  # it is called, and its own error comes through
@@ -415,7 +462,7 @@ def test_every_public_function_is_fed():
     names = {
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
-    modules = fs.plotting, data, courses, planning, runner, statistics, tracking, tuning
+    modules = fs.plotting, fs.maps, data, courses, planning, runner, statistics, tracking, tuning
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

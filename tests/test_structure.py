@@ -19,6 +19,8 @@ LAYERS = [
     "geometry",
     "data",
     "world",
+    "outlines",
+    "maps",
     "paper",
     "robot",
     "path",
@@ -45,6 +47,8 @@ RESERVED = {
     "joblib": "freeseg.studies.runner",
     "numba": "freeseg.planners.route",
     "IPython": "freeseg.display",
+    "PIL": "freeseg.maps",
+    "yaml": "freeseg.maps",
 }
 
 

@@ -82,7 +82,9 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
     notes = stamp, np.zeros(1, int), met_edge, np.empty(tangent_search.PARTS)
     scene = Scene(circle, radius, layout.edge, keep, *layout.grid, *notes)
     found, length, reached = _kernels(len(circle)).search(scene)
-    met = np.unique(np.concatenate([of_circle[reached.reshape(-1, 2)[2:].any(1)], of_edge[met_edge]]))
+    met = np.unique(
+        np.concatenate([of_circle[reached.reshape(-1, 2)[2:].any(1)], of_edge[met_edge]])
+    )
     if math.isinf(length):
         raise NoPath(
             f"{_in_words(world, met)} leave no way "
@@ -181,9 +183,7 @@ def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> tuple[n
     ends, widest = edge.reshape(-1, 2), keep.max()
     low = ends.min(0) - widest
     extent = ends.max(0) + widest - low
-    cell = max(
-        math.sqrt(extent.prod() / (CELLS * len(edge))), np.median(keep), extent.max() / ROW
-    )
+    cell = max(math.sqrt(extent.prod() / (CELLS * len(edge))), np.median(keep), extent.max() / ROW)
     cells = np.ceil(extent / cell).astype(int)
     corner, count = np.array([*low, cell]), int(cells.prod())
     none = np.empty(0, int)

@@ -406,9 +406,7 @@ def look_round(scene, o, shortest, longest, lines, count):
                         column = ci + inner + 1
                         continue
                     here = row * nx + column
-                    if inner > 1 and is_hidden(scene, i, column, row, largest):
-                        pass
-                    elif seeing:
+                    if seeing:
                         for place in range(scene.circle_first[here], scene.circle_first[here + 1]):
                             other = scene.circle_item[place]
                             lines, count = see(scene, o, other, shortest, longest, lines, count)
@@ -420,24 +418,6 @@ def look_round(scene, o, shortest, longest, lines, count):
         if is_all or inner * cell - scene.radius[i] - largest > scene.hidden.max():
             break
     return see(scene, o, GOAL, shortest, longest, lines, count)
-
-
-def is_hidden(scene, i, column, row, largest):
-    """Whether nothing in a cell can be seen along a tangent of a circle."""
-    x0, y0, cell = scene.corner
-    x = x0 + (column + 0.5) * cell - scene.circle[i, 0]
-    y = y0 + (row + 0.5) * cell - scene.circle[i, 1]
-    distance = math.sqrt(x * x + y * y)
-    around = 0.71 * cell + scene.radius[i] + largest
-    if distance < 2 * around:
-        return False
-    direction = math.atan2(y, x) * PARTS / (2 * math.pi) + PARTS
-    # The arc sine of at most 1/2 is at most a twentieth more than its sine.
-    half = 1.05 * around / distance * PARTS / (2 * math.pi)
-    for part in range(int(direction - half), int(direction + half) + 1):
-        if scene.hidden[part % PARTS] > distance - around:
-            return False
-    return True
 
 
 def row_of_ellipse(scene, i, across, row):
@@ -552,7 +532,10 @@ def see(scene, o, other, shortest, longest, lines, count):
             continue
         length = math.sqrt(max(rest, 0.0))
         # The left normal of the line from one to the other.
-        nx, ny = (difference * dx - length * dy) / squared, (length * dx + difference * dy) / squared
+        nx, ny = (
+            (difference * dx - length * dy) / squared,
+            (length * dx + difference * dy) / squared,
+        )
         x = scene.circle[other, 0] - signed * nx - scene.circle[GOAL, 0]
         y = scene.circle[other, 1] - signed * ny - scene.circle[GOAL, 1]
         to_goal = math.sqrt(x * x + y * y)
@@ -560,7 +543,8 @@ def see(scene, o, other, shortest, longest, lines, count):
             not shortest < length + to_goal <= longest
             or is_outside(scene, i, -sense * nx, -sense * ny)
             or is_outside(scene, other, -to_sense * nx, -to_sense * ny)
-            or length > scene.hidden[int(math.atan2(-nx, ny) * PARTS / (2 * math.pi) + PARTS) % PARTS]
+            or length
+            > scene.hidden[int(math.atan2(-nx, ny) * PARTS / (2 * math.pi) + PARTS) % PARTS]
         ):
             continue
         if count == len(lines):
