@@ -79,8 +79,9 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
     radius = np.concatenate([np.zeros(2), np.where(counts[of_circle], radii[of_circle], -1.0)])
     keep = np.where(counts[of_edge], radii[of_edge], 0.0)
     stamp, met_edge = np.zeros(len(keep), int), np.zeros(len(keep), bool)
-    notes = stamp, np.zeros(1, int), met_edge, np.empty(tangent_search.PARTS)
-    scene = Scene(circle, radius, layout.edge, keep, *layout.grid, *notes)
+    parts = tangent_search.PARTS
+    notes = stamp, np.zeros(1, int), np.zeros(len(circle), int), np.empty((parts, 6)), met_edge
+    scene = Scene(circle, radius, layout.edge, keep, *layout.grid, *notes, np.empty(parts))
     found, length, reached = _kernels(len(circle)).search(scene)
     met = np.unique(
         np.concatenate([of_circle[reached.reshape(-1, 2)[2:].any(1)], of_edge[met_edge]])
@@ -187,7 +188,18 @@ def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> tuple[n
     cells = np.ceil(extent / cell).astype(int)
     corner, count = np.array([*low, cell]), int(cells.prod())
     none = np.empty(0, int)
-    blank = Scene(circle, none, edge, keep, corner, cells, *[none] * 6, none > 0, np.empty(0))
+    blank = Scene(
+        circle,
+        none,
+        edge,
+        keep,
+        corner,
+        cells,
+        *[none] * 7,
+        np.empty((0, 2)),
+        none > 0,
+        np.empty(0),
+    )
     kernels, first = _kernels(len(edge)), np.zeros(count + 2, int)
     kernels.enter_cells(blank, True, first, none)
     first = np.cumsum(first)
@@ -216,7 +228,8 @@ def _compiled() -> ModuleType:
         from numba import njit
     except ImportError:
         return tangent_search
-    assert spec is not None and spec.loader is not None, "it is imported above"
+    assert spec is not None, "it is imported above"
+    assert spec.loader is not None, "it is a file"
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     for name, thing in vars(module).copy().items():

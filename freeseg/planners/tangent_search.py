@@ -28,6 +28,9 @@ NEARER, CONE, ANGLE = 1e-10, 1e-9, 1e-9
 #: In so many parts a turn is divided to leave out early what near edges hide.
 PARTS = 512
 
+#: Headings with nothing to see between two views, if there are no more, are in one view with them.
+GAP = 8
+
 #: How much farther than needed a circle looks round at least, as a share of the straight line.
 STEP = 1 / 256
 
@@ -71,6 +74,10 @@ class Scene(NamedTuple):
         Circles whose centre lies in a cell, likewise.
     stamp, mark : ndarray of int, shape (k,) and (1,)
         Which edges were asked in the present walk, and the number of that.
+    seen : ndarray of int, shape (c,)
+        Which circles were seen in the present view round, by its number.
+    sector : ndarray, shape (PARTS, 6)
+        Unit vectors that everything in a view is to the left of.
     met : ndarray of bool, shape (k,)
         Edges that barred a tangent or an arc.
     hidden : ndarray, shape (PARTS,)
@@ -89,6 +96,8 @@ class Scene(NamedTuple):
     circle_item: np.ndarray
     stamp: np.ndarray
     mark: np.ndarray
+    seen: np.ndarray
+    sector: np.ndarray
     met: np.ndarray
     hidden: np.ndarray
 
@@ -120,10 +129,10 @@ def search(scene):
             # Of equal promises, what was driven farther comes first: it counts down in the heap.
             o = -1 - k
             if looked[o] < math.inf and promise >= nearest[o] + looked[o]:
-                more = max((promise - straight) / 2, STEP * straight)
+                more = max(promise - straight, STEP * straight)
                 begin, previous = count, looked[o]
                 looked[o] = promise - nearest[o] + more
-                if looked[o] > 4 * span(scene):
+                if looked[o] > span(scene) / 2:
                     looked[o] = math.inf
                 lines, count = look_round(scene, o, previous, looked[o], lines, count)
                 leaving[o] = chain(lines, begin, count, leaving[o])
@@ -308,7 +317,7 @@ def is_free(scene, line):
     qy = scene.circle[j, 1] + scene.radius[j] * math.sin(line[JOIN])
     dx, dy = qx - px, qy - py
     x0, y0, cell = scene.corner
-    nx, ny = scene.cells
+    nx = scene.cells[0]
     begin, end = inside_grid(px, py, dx, dy, scene)
     if begin > end:
         return True
@@ -388,36 +397,99 @@ def look_round(scene, o, shortest, longest, lines, count):
     i = o // 2
     longest = min(longest, 4 * span(scene))
     limit_view(scene, o, longest)
-    largest, cell = scene.radius.max(), scene.corner[2]
-    nx, ny = scene.cells
+    cell, (nx, ny) = scene.corner[2], scene.cells
+    # How far what is entered in a cell can be seen from beside the cell's middle, and as far
+    # as from the circle's.
+    around = scene.radius.max() + scene.radius[i] + 0.71 * cell
     ci, cj = cell_at(scene, scene.circle[i, 0], scene.circle[i, 1])
-    # All circles of interest have their centres in an ellipse.
-    across = longest + scene.radius[i] + 2 * largest + 3 * cell
     scene.mark[0] += 1
     inner, outer = -1, 1
     while True:
-        # First what hides, then what is seen, in a frame of cells, row by row.
+        count_views = find_views(scene, max(inner * cell - around, 0.0))
+        # First what hides, then what is seen, in a frame of cells.
         for seeing in (False, True):
-            for row in range(max(cj - outer, 0), min(cj + outer, ny - 1) + 1):
-                low, high = row_of_ellipse(scene, i, across, row)
-                column, high = max(low, ci - outer), min(high, ci + outer)
-                while column <= high:
-                    if abs(row - cj) <= inner and abs(column - ci) <= inner:
-                        column = ci + inner + 1
-                        continue
-                    here = row * nx + column
-                    if seeing:
-                        for place in range(scene.circle_first[here], scene.circle_first[here + 1]):
-                            other = scene.circle_item[place]
-                            lines, count = see(scene, o, other, shortest, longest, lines, count)
-                    else:
-                        hide_in(scene, o, here)
-                    column += 1
+            for view in range(count_views):
+                lines, count = look_into(
+                    scene, o, view, around, inner, outer, seeing, shortest, longest, lines, count
+                )
         inner, outer = outer, 2 * outer
         is_all = max(ci, cj, nx - 1 - ci, ny - 1 - cj) <= inner
-        if is_all or inner * cell - scene.radius[i] - largest > scene.hidden.max():
+        if is_all or inner * cell - around > scene.hidden.max():
             break
     return see(scene, o, GOAL, shortest, longest, lines, count)
+
+
+def find_views(scene, distance):
+    """Note the runs of headings in which something may be seen beyond a distance (m).
+
+    What is between the first and the last heading of one is left of three directions,
+    noted in `scene.sector`: the first, the last turned back, and one across. A run
+    goes on over a few headings in which nothing is seen, but not over a third of a turn.
+    """
+    width = 2 * math.pi / PARTS
+    views, first, last = 0, -1, -1
+    for part in range(PARTS + 1):
+        is_open = part < PARTS and scene.hidden[part] > distance
+        ends = part == PARTS or (is_open and (part - last > GAP or part - first >= PARTS // 3))
+        if first >= 0 and ends:
+            begin, end = first * width, (last + 1) * width
+            for side, angle in enumerate((begin, end + math.pi, (begin + end - math.pi) / 2)):
+                scene.sector[views, 2 * side] = math.cos(angle)
+                scene.sector[views, 2 * side + 1] = math.sin(angle)
+            views, first = views + 1, -1
+        if is_open:
+            first, last = (part if first < 0 else first), part
+    return views
+
+
+def look_into(scene, o, view, around, inner, outer, seeing, shortest, longest, lines, count):
+    """Look for what hides, or for what is seen, in the part of a frame of cells in one view."""
+    x0, y0, cell = scene.corner
+    nx, ny = scene.cells
+    i = o // 2
+    x, y = scene.circle[i, 0], scene.circle[i, 1]
+    ci, cj = cell_at(scene, x, y)
+    for row in range(max(cj - outer, 0), min(cj + outer, ny - 1) + 1):
+        low, high = row_of_ellipse(scene, i, longest + 2 * around + 2 * cell, row)
+        low, high = max(low, ci - outer), min(high, ci + outer)
+        left, right = row_of_view(scene.sector[view], y0 + (row + 0.5) * cell - y, around)
+        low = max(low, math.floor(max((x + left - x0) / cell, -1.0)))
+        high = min(high, math.ceil(min((x + right - x0) / cell, nx + 0.0)))
+        column = low
+        while column <= high:
+            if abs(row - cj) <= inner and abs(column - ci) <= inner:
+                column = ci + inner + 1
+                continue
+            here = row * nx + column
+            column += 1
+            if not seeing:
+                hide_in(scene, o, here)
+                continue
+            for place in range(scene.circle_first[here], scene.circle_first[here + 1]):
+                other = scene.circle_item[place]
+                # Views overlap; what was seen in one is not listed again.
+                if scene.seen[other] != scene.mark[0]:
+                    scene.seen[other] = scene.mark[0]
+                    lines, count = see(scene, o, other, shortest, longest, lines, count)
+    return lines, count
+
+
+def row_of_view(sector, dy, around):
+    """From where to where a row of cells is in view, or nearer to it than `around` (m).
+
+    The row is `dy` above the eye; the bounds are beside the eye.
+    """
+    low, high = -math.inf, math.inf
+    for side in range(3):
+        ux, uy = sector[2 * side], sector[2 * side + 1]
+        rest = ux * dy + around
+        if uy > 1e-12:
+            high = min(high, rest / uy)
+        elif uy < -1e-12:
+            low = max(low, rest / uy)
+        elif rest < 0:
+            return 1.0, -1.0
+    return low, high
 
 
 def row_of_ellipse(scene, i, across, row):
@@ -539,12 +611,12 @@ def see(scene, o, other, shortest, longest, lines, count):
         x = scene.circle[other, 0] - signed * nx - scene.circle[GOAL, 0]
         y = scene.circle[other, 1] - signed * ny - scene.circle[GOAL, 1]
         to_goal = math.sqrt(x * x + y * y)
+        part = int(math.atan2(-nx, ny) * PARTS / (2 * math.pi) + PARTS) % PARTS
         if (
             not shortest < length + to_goal <= longest
             or is_outside(scene, i, -sense * nx, -sense * ny)
             or is_outside(scene, other, -to_sense * nx, -to_sense * ny)
-            or length
-            > scene.hidden[int(math.atan2(-nx, ny) * PARTS / (2 * math.pi) + PARTS) % PARTS]
+            or length > scene.hidden[part]
         ):
             continue
         if count == len(lines):
