@@ -211,6 +211,9 @@ class Plan:
         checks.instance("robot", self.robot, Robot, "a Robot")
         object.__setattr__(self, "margin", checks.not_negative("margin", self.margin))
         check_world(self.world)
+        if self.lower_bound is not None:
+            bound = checks.not_negative("lower_bound", self.lower_bound)
+            object.__setattr__(self, "lower_bound", bound)
 
     def __repr__(self) -> str:
         return (

@@ -144,3 +144,9 @@ def test_tracker_steps(capsys):
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert len(rows) == 10
     assert {"SlidingMode", "Mpc"} < {row[0] for row in rows}
+
+
+def test_maps(capsys):
+    load("maps").main(["--quick"])
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split("first")[0].strip() for row in rows] == ["7 discs", "5 x 5 squares"]

@@ -163,6 +163,8 @@ def test_every_package_that_is_imported_is_declared():
     required = [*project["dependencies"], *(line for extra in extras for line in extra)]
     declared = {re.match(r"[\w-]+", line)[0].lower() for line in required}
     packages = {module.split(".")[0] for modules in IMPORTS.values() for module in modules}
+    # These are imported by another name than they are installed by.
+    packages = {{"PIL": "pillow", "yaml": "pyyaml"}.get(name, name) for name in packages}
     third_party = packages - set(sys.stdlib_module_names) - {"freeseg"}
     assert "numpy" in third_party
     assert {package.lower() for package in third_party} - declared == set()

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from freeseg.errors import NoPath
-from freeseg.geometry import cross, read_only
-from freeseg.path import Path
+from freeseg.geometry import cross
+from freeseg.path import Arc, Path
 from freeseg.plan import TurningPoint, turning_radius
 from freeseg.planners import tangent_search
 from freeseg.planners.query import Query
@@ -20,6 +20,9 @@ from freeseg.world import World
 
 #: Compilation takes longer than a few searches among so few circles.
 FEW = 32
+
+#: In so many parts of a turn headings are told apart: many cost little where it is compiled.
+FINE, COARSE = 512, 64
 
 #: The grid has so many cells an edge at most, and so many along an axis (memory).
 CELLS, ROW = 4, 4096
@@ -72,23 +75,14 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
     if obstacles is not None:
         counts[:] = False
         counts[list(obstacles)] = True
-    ends = np.array([query.start, query.goal]) - layout.origin
-    circle = np.concatenate([np.column_stack([ends, np.zeros((2, 4))]), layout.circle])
-    of_circle, of_edge = layout.of_circle, layout.of_edge
-    radii = query.turning_radii
-    radius = np.concatenate([np.zeros(2), np.where(counts[of_circle], radii[of_circle], -1.0)])
-    keep = np.where(counts[of_edge], radii[of_edge], 0.0)
-    stamp, met_edge = np.zeros(len(keep), int), np.zeros(len(keep), bool)
-    parts = tangent_search.PARTS
-    notes = stamp, np.zeros(1, int), np.zeros(len(circle), int), np.empty((parts, 6)), met_edge
-    scene = Scene(circle, radius, layout.edge, keep, *layout.grid, *notes, np.empty(parts))
-    found, length, reached = _kernels(len(circle)).search(scene)
-    met = np.unique(
-        np.concatenate([of_circle[reached.reshape(-1, 2)[2:].any(1)], of_edge[met_edge]])
-    )
+    scene, kernels = _set(query, layout, counts)
+    found, length, reached = kernels.search(scene)
+    of_circle = layout.of_circle
+    reached = reached.reshape(-1, 2).any(1)[2:]
+    met = np.unique(np.concatenate([of_circle[reached], layout.of_edge[scene.met]]))
     if math.isinf(length):
         raise NoPath(
-            f"{_in_words(world, met)} leave no way "
+            f"{_in_words(world, np.flatnonzero(counts))} leave no way "
             f"from {query.start.tolist()} to {query.goal.tolist()} for a robot of "
             f"{query.robot.diameter:g} m with a margin of {query.margin:g} m; move the start or "
             "the goal, or plan for a smaller robot or margin"
@@ -97,10 +91,51 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
     for oriented in found.tolist():
         corner, sense = oriented // 2 - 2, 1 - 2 * (oriented % 2)
         obstacle, center = int(of_circle[corner]), layout.center[corner]
-        turns.append(TurningPoint(None, obstacle, center, float(radii[obstacle]), sense))
+        turns.append(
+            TurningPoint(None, obstacle, center, float(query.turning_radii[obstacle]), sense)
+        )
+    return Route(*_drop_grazed(query, turns), tuple(met.tolist()), float(length))
+
+
+def _drop_grazed(
+    query: Query, turns: list[TurningPoint]
+) -> tuple[list[TurningPoint], Path, list[int]]:
+    """Turns without those whose circle the path only grazes, and their path."""
     path, passed = query.connect(turns)
     assert path is not None, "the search has its tangents"
-    return Route(turns, path, passed, tuple(met.tolist()), float(length))
+    arcs = zip(path.pieces, passed, strict=True)
+    driven = [turns[place] for piece, place in arcs if isinstance(piece, Arc)]
+    if len(driven) < len(turns):
+        straighter, places = query.connect(driven)
+        if straighter is not None and straighter.length > path.length - query.round_off:
+            return driven, straighter, places
+    return turns, path, passed
+
+
+def _set(query: Query, layout: "_Layout", counts: np.ndarray) -> tuple[Scene, ModuleType]:
+    """The scene of a query among the obstacles that count (n,), and what searches it."""
+    ends = np.array([query.start, query.goal]) - layout.origin
+    circle = np.concatenate([np.column_stack([ends, np.zeros((2, 4))]), layout.circle])
+    of_circle, of_edge, radii = layout.of_circle, layout.of_edge, query.turning_radii
+    radius = np.concatenate([np.zeros(2), np.where(counts[of_circle], radii[of_circle], -1.0)])
+    keep = np.where(counts[of_edge], radii[of_edge], 0.0)
+    kernels = _kernels(len(circle))
+    parts = FINE if kernels is not tangent_search else COARSE
+    stamp, seen = np.zeros(len(keep), int), np.zeros(len(circle), int)
+    scene = Scene(
+        circle=circle,
+        radius=radius,
+        edge=layout.edge,
+        keep=keep,
+        stamp=stamp,
+        mark=np.zeros(1, int),
+        seen=seen,
+        sector=np.empty((parts, 6)),
+        met=np.zeros(len(keep), bool),
+        hidden=np.empty(parts),
+        **layout.grid,
+    )
+    return scene, kernels
 
 
 def _in_words(world: World, obstacles: np.ndarray) -> str:
@@ -130,8 +165,8 @@ class _Layout(NamedTuple):
         Obstacle of each circle and of each edge.
     edge : ndarray, shape (k, 4)
         As in `Scene`.
-    grid : tuple of ndarray
-        From `corner` to `circle_item` as in `Scene`.
+    grid : dict
+        From `corner` to `circle_item` as in `Scene`, by these names.
     """
 
     origin: np.ndarray
@@ -140,7 +175,7 @@ class _Layout(NamedTuple):
     of_circle: np.ndarray
     of_edge: np.ndarray
     edge: np.ndarray
-    grid: tuple[np.ndarray, ...]
+    grid: dict[str, np.ndarray]
 
 
 @lru_cache(maxsize=4)
@@ -156,8 +191,8 @@ def _lay_out(world: World, clearance: float) -> _Layout:
     circle = np.column_stack([edges[which, 0], normals])
     edge, keep = edges.reshape(-1, 4), world.radii[of_edge] + clearance
     grid = _lay_grid(edge, keep, circle)
-    parts = origin, circle, world.edges[which, 0].copy(), of_edge[which], of_edge, edge
-    return _Layout(*map(read_only, parts), grid)
+    center = world.edges[which, 0].copy()
+    return _Layout(origin, circle, center, of_edge[which], of_edge, edge, grid)
 
 
 def _convex_corners(world: World, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -176,40 +211,35 @@ def _convex_corners(world: World, edges: np.ndarray) -> tuple[np.ndarray, np.nda
     return which, np.column_stack([come[:, 1], -come[:, 0], go[:, 1], -go[:, 0]])
 
 
-def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> tuple[np.ndarray, ...]:
+def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> dict[str, np.ndarray]:
     """Grid over edges (k, 4) that keep (k,) away from them, and over circles (c, 6)."""
-    if not len(edge):
-        none = np.zeros(2, int), np.zeros(0, int)
-        return np.array([0.0, 0.0, 1.0]), np.ones(2, int), *none, *none
-    ends, widest = edge.reshape(-1, 2), keep.max()
-    low = ends.min(0) - widest
-    extent = ends.max(0) + widest - low
-    cell = max(math.sqrt(extent.prod() / (CELLS * len(edge))), np.median(keep), extent.max() / ROW)
+    low, high = np.zeros(2), np.ones(2)
+    if len(edge):
+        ends = edge.reshape(-1, 2)
+        low, high = ends.min(0) - keep.max(), ends.max(0) + keep.max()
+    extent, edges = high - low, max(len(edge), 1)
+    cell = max(math.sqrt(extent.prod() / (CELLS * edges)), extent.max() / ROW)
+    # As wide as most edges keep: a narrower cell only has them entered more often.
+    cell = max(cell, float(np.partition(keep, edges // 2)[edges // 2]) if len(keep) > 1 else cell)
     cells = np.ceil(extent / cell).astype(int)
     corner, count = np.array([*low, cell]), int(cells.prod())
-    none = np.empty(0, int)
-    blank = Scene(
-        circle,
-        none,
-        edge,
-        keep,
-        corner,
-        cells,
-        *[none] * 7,
-        np.empty((0, 2)),
-        none > 0,
-        np.empty(0),
-    )
     kernels, first = _kernels(len(edge)), np.zeros(count + 2, int)
-    kernels.enter_cells(blank, True, first, none)
+    kernels.enter_cells(edge, keep, corner, cells, True, first, np.empty(0, int))
     first = np.cumsum(first)
     item = np.empty(first[-1], int)
-    kernels.enter_cells(blank, False, first, item)
+    kernels.enter_cells(edge, keep, corner, cells, False, first, item)
     column, row = ((circle[:, :2] - low) / cell).astype(int).T
     place = row * cells[0] + column
     order = np.argsort(place, kind="stable")
     begins = np.searchsorted(place[order], np.arange(count + 1))
-    return corner, cells, first[:-1], item, begins, order + 2
+    return {
+        "corner": corner,
+        "cells": cells,
+        "edge_first": first[:-1],
+        "edge_item": item,
+        "circle_first": begins,
+        "circle_item": order + 2,
+    }
 
 
 def _kernels(size: int) -> ModuleType:

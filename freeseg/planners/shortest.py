@@ -2,12 +2,16 @@
 
 from numpy.typing import ArrayLike
 
+from freeseg.errors import NoPath
 from freeseg.plan import Plan, Step, StepKind
-from freeseg.planners.query import ask
+from freeseg.planners.query import Query, ask
 from freeseg.planners.route import shortest_route
 from freeseg.robot import Robot
 from freeseg.segments import MARGIN
 from freeseg.world import World
+
+#: So many plans are made at most to name what leaves no way.
+ROUNDS = 20
 
 
 def shortest_path(
@@ -64,6 +68,24 @@ def shortest_path(
     steps = [Step(StepKind.STRAIGHT, path)]
     if not len(path.near(world, query.turning_radii - world.radii - query.round_off)[0]):
         return query.answer(path, (), (), steps, lower_bound=path.length)
-    route = shortest_route(query)
+    try:
+        route = shortest_route(query)
+    except NoPath:
+        _name_what_bars(query)
+        raise
     steps.append(Step(StepKind.SHORTEST, route.path, group=route.met))
     return query.answer(route.path, (), route.turns, steps, lower_bound=route.length)
+
+
+def _name_what_bars(query: Query) -> None:
+    """`NoPath` that names no more obstacles than the paper's loop meets, if it soon ends.
+
+    Plan, look for danger, and plan again round all that was met: where these alone leave
+    no way, the whole world leaves none.
+    """
+    keep_clear = query.turning_radii - query.world.radii - query.round_off
+    met: set[int] = set()
+    path = query.straight_line()
+    for _ in range(ROUNDS):
+        met |= set(path.near(query.world, keep_clear)[1].tolist())
+        path = shortest_route(query, met).path

@@ -25,12 +25,6 @@ import numpy as np
 #: corner's normal cone by a sine of so much, and an arc be so many radians short of nothing.
 NEARER, CONE, ANGLE = 1e-10, 1e-9, 1e-9
 
-#: In so many parts a turn is divided to leave out early what near edges hide.
-PARTS = 512
-
-#: Headings with nothing to see between two views, if there are no more, are in one view with them.
-GAP = 8
-
 #: How much farther than needed a circle looks round at least, as a share of the straight line.
 STEP = 1 / 256
 
@@ -45,7 +39,7 @@ START, GOAL = 0, 1
 LEAVE, JOIN, LINE, TO_GOAL, DRIVEN, OPEN, FROM, TO, BEFORE, SIBLING, ARRIVAL, KNOWN = range(12)
 
 #: What is known of a tangent: nothing yet, that it was driven, or that something bars it.
-NOTHING, FREE, BARRED = 0, 1, 2
+NOTHING, CLEAR, BARRED = 0, 1, 2
 
 
 class Scene(NamedTuple):
@@ -76,12 +70,13 @@ class Scene(NamedTuple):
         Which edges were asked in the present walk, and the number of that.
     seen : ndarray of int, shape (c,)
         Which circles were seen in the present view round, by its number.
-    sector : ndarray, shape (PARTS, 6)
+    sector : ndarray, shape (p, 6)
         Unit vectors that everything in a view is to the left of.
     met : ndarray of bool, shape (k,)
         Edges that barred a tangent or an arc.
-    hidden : ndarray, shape (PARTS,)
-        Distance (m) beyond which nothing is looked for, by heading.
+    hidden : ndarray, shape (p,)
+        Distance (m) beyond which nothing is looked for, by heading: in so many
+        parts of a turn headings are told apart.
     """
 
     circle: np.ndarray
@@ -142,7 +137,7 @@ def search(scene):
         if lines[k, KNOWN] != NOTHING:
             continue
         o = int(lines[k, TO])
-        lines[k, KNOWN] = FREE if is_free(scene, lines[k]) else BARRED
+        lines[k, KNOWN] = CLEAR if is_free(scene, lines[k]) else BARRED
         if lines[k, KNOWN] == BARRED:
             continue
         if o == 2 * GOAL:
@@ -322,8 +317,8 @@ def is_free(scene, line):
     if begin > end:
         return True
     scene.mark[0] += 1
-    column, row = cell_at(scene, px + begin * dx, py + begin * dy)
-    last_column, last_row = cell_at(scene, px + end * dx, py + end * dy)
+    column, row = cell_at(scene.corner, scene.cells, px + begin * dx, py + begin * dy)
+    last_column, last_row = cell_at(scene.corner, scene.cells, px + end * dx, py + end * dy)
     step_x, step_y = (1 if last_column > column else -1), (1 if last_row > row else -1)
     # Shares of the line at which it enters the next column and the next row.
     wide, high = (cell / abs(dx) if dx else math.inf), (cell / abs(dy) if dy else math.inf)
@@ -359,11 +354,11 @@ def inside_grid(px, py, dx, dy, scene):
     return begin, end
 
 
-def cell_at(scene, x, y):
+def cell_at(corner, cells, x, y):
     """Column and row of the cell at a point, or of the nearest one."""
-    x0, y0, cell = scene.corner
+    x0, y0, cell = corner
     column, row = int((x - x0) / cell), int((y - y0) / cell)
-    return min(max(column, 0), scene.cells[0] - 1), min(max(row, 0), scene.cells[1] - 1)
+    return min(max(column, 0), cells[0] - 1), min(max(row, 0), cells[1] - 1)
 
 
 def distance_to_goal(scene, i, angle):
@@ -401,7 +396,7 @@ def look_round(scene, o, shortest, longest, lines, count):
     # How far what is entered in a cell can be seen from beside the cell's middle, and as far
     # as from the circle's.
     around = scene.radius.max() + scene.radius[i] + 0.71 * cell
-    ci, cj = cell_at(scene, scene.circle[i, 0], scene.circle[i, 1])
+    ci, cj = cell_at(scene.corner, scene.cells, scene.circle[i, 0], scene.circle[i, 1])
     scene.mark[0] += 1
     inner, outer = -1, 1
     while True:
@@ -426,11 +421,14 @@ def find_views(scene, distance):
     noted in `scene.sector`: the first, the last turned back, and one across. A run
     goes on over a few headings in which nothing is seen, but not over a third of a turn.
     """
-    width = 2 * math.pi / PARTS
+    width = 2 * math.pi / len(scene.hidden)
+    parts = len(scene.hidden)
     views, first, last = 0, -1, -1
-    for part in range(PARTS + 1):
-        is_open = part < PARTS and scene.hidden[part] > distance
-        ends = part == PARTS or (is_open and (part - last > GAP or part - first >= PARTS // 3))
+    for part in range(parts + 1):
+        is_open = part < parts and scene.hidden[part] > distance
+        ends = part == parts or (
+            is_open and (part - last > parts // 64 or part - first >= parts // 3)
+        )
         if first >= 0 and ends:
             begin, end = first * width, (last + 1) * width
             for side, angle in enumerate((begin, end + math.pi, (begin + end - math.pi) / 2)):
@@ -448,7 +446,7 @@ def look_into(scene, o, view, around, inner, outer, seeing, shortest, longest, l
     nx, ny = scene.cells
     i = o // 2
     x, y = scene.circle[i, 0], scene.circle[i, 1]
-    ci, cj = cell_at(scene, x, y)
+    ci, cj = cell_at(scene.corner, scene.cells, x, y)
     for row in range(max(cj - outer, 0), min(cj + outer, ny - 1) + 1):
         low, high = row_of_ellipse(scene, i, longest + 2 * around + 2 * cell, row)
         low, high = max(low, ci - outer), min(high, ci + outer)
@@ -526,13 +524,13 @@ def limit_view(scene, o, longest):
     signed, (ax, ay, bx, by) = sense * scene.radius[i], scene.circle[i, 2:]
     goal_x = scene.circle[GOAL, 0] - scene.circle[i, 0]
     goal_y = scene.circle[GOAL, 1] - scene.circle[i, 1]
-    width = 2 * math.pi / PARTS
-    first, parts = 0, PARTS
+    width = 2 * math.pi / len(scene.hidden)
+    first, parts = 0, len(scene.hidden)
     if ax != 0 or ay != 0:
         low = math.atan2(ay, ax) + sense * math.pi / 2
         turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
         first = math.floor((low - 1e-6) / width)
-        parts = min(math.floor((low + turn + 1e-6) / width) + 1 - first, PARTS)
+        parts = min(math.floor((low + turn + 1e-6) / width) + 1 - first, parts)
     # A heading's part of a turn is as wide as this moves the tangent's beginning.
     longest += scene.radius[i] * width
     scene.hidden[:] = -1.0
@@ -544,7 +542,7 @@ def limit_view(scene, o, longest):
         ahead = min(gx * tx + gy * ty + distance * width / 2, distance)
         rest = longest * longest - squared
         if rest > 0:
-            scene.hidden[part % PARTS] = min(rest / (2 * (longest - ahead)), longest)
+            scene.hidden[part % len(scene.hidden)] = min(rest / (2 * (longest - ahead)), longest)
 
 
 def hide_in(scene, o, here):
@@ -580,9 +578,11 @@ def hide_behind(scene, o, e):
         low = min(low, direction - math.asin(min((keep - signed) / distance, 1.0)))
         high = max(high, direction + math.asin(min((keep + signed) / distance, 1.0)))
         far = max(far, distance)
-    width = 2 * math.pi / PARTS
+    width = 2 * math.pi / len(scene.hidden)
     for part in range(math.ceil(low / width), math.floor(high / width)):
-        scene.hidden[part % PARTS] = min(scene.hidden[part % PARTS], far + keep)
+        scene.hidden[part % len(scene.hidden)] = min(
+            scene.hidden[part % len(scene.hidden)], far + keep
+        )
 
 
 def see(scene, o, other, shortest, longest, lines, count):
@@ -590,11 +590,9 @@ def see(scene, o, other, shortest, longest, lines, count):
     i, sense = o // 2, 1 - 2 * (o % 2)
     if scene.radius[other] < 0 or other == i:
         return lines, count
-    dx, dy = (
-        scene.circle[other, 0] - scene.circle[i, 0],
-        scene.circle[other, 1] - scene.circle[i, 1],
-    )
-    squared = dx * dx + dy * dy
+    dx = scene.circle[other, 0] - scene.circle[i, 0]
+    dy = scene.circle[other, 1] - scene.circle[i, 1]
+    squared, parts = dx * dx + dy * dy, len(scene.hidden)
     for to_sense in (1, -1):
         signed = to_sense * scene.radius[other]
         difference = signed - sense * scene.radius[i]
@@ -611,7 +609,7 @@ def see(scene, o, other, shortest, longest, lines, count):
         x = scene.circle[other, 0] - signed * nx - scene.circle[GOAL, 0]
         y = scene.circle[other, 1] - signed * ny - scene.circle[GOAL, 1]
         to_goal = math.sqrt(x * x + y * y)
-        part = int(math.atan2(-nx, ny) * PARTS / (2 * math.pi) + PARTS) % PARTS
+        part = int(math.atan2(-nx, ny) * parts / (2 * math.pi) + parts) % parts
         if (
             not shortest < length + to_goal <= longest
             or is_outside(scene, i, -sense * nx, -sense * ny)
@@ -623,9 +621,8 @@ def see(scene, o, other, shortest, longest, lines, count):
             lines = grown(lines)
         lines[count, LEAVE] = math.atan2(-sense * ny, -sense * nx)
         lines[count, JOIN] = math.atan2(-to_sense * ny, -to_sense * nx)
-        lines[count, LINE], lines[count, TO_GOAL] = length, to_goal
-        lines[count, DRIVEN], lines[count, BEFORE] = math.inf, -1
-        lines[count, FROM], lines[count, TO] = o, 2 * other + (to_sense < 0)
+        lines[count, LINE : DRIVEN + 1] = length, to_goal, math.inf
+        lines[count, FROM : BEFORE + 1] = o, 2 * other + (to_sense < 0), -1
         lines[count, KNOWN] = NOTHING
         count += 1
     return lines, count
@@ -644,20 +641,20 @@ def grown(lines):
     return more
 
 
-def enter_cells(scene, counting, first, item):
+def enter_cells(edge, keep, corner, cells, counting, first, item):
     """Enter every edge in all cells with points nearer to it than it keeps.
 
     With `counting`, only how many there are is counted, in `first` shifted by two, so
     that the second time each cell's are entered from where they begin.
     """
-    x0, y0, cell = scene.corner
-    nx = scene.cells[0]
-    for e in range(len(scene.edge)):
-        ax, ay, bx, by = scene.edge[e]
-        keep = scene.keep[e]
-        reach = (keep + 0.71 * cell) ** 2
-        low, bottom = cell_at(scene, min(ax, bx) - keep, min(ay, by) - keep)
-        high, top = cell_at(scene, max(ax, bx) + keep, max(ay, by) + keep)
+    x0, y0, cell = corner
+    nx = cells[0]
+    for e in range(len(edge)):
+        ax, ay, bx, by = edge[e]
+        near = keep[e]
+        reach = (near + 0.71 * cell) ** 2
+        low, bottom = cell_at(corner, cells, min(ax, bx) - near, min(ay, by) - near)
+        high, top = cell_at(corner, cells, max(ax, bx) + near, max(ay, by) + near)
         for row in range(bottom, top + 1):
             for column in range(low, high + 1):
                 x, y = x0 + (column + 0.5) * cell, y0 + (row + 0.5) * cell
