@@ -11,7 +11,7 @@ from freeseg.segments import MARGIN
 from freeseg.world import World
 
 #: So many plans are made at most to name what leaves no way.
-ROUNDS = 20
+PLANS = 20
 
 
 def shortest_path(
@@ -86,6 +86,6 @@ def _name_what_bars(query: Query) -> None:
     keep_clear = query.turning_radii - query.world.radii - query.round_off
     met: set[int] = set()
     path = query.straight_line()
-    for _ in range(ROUNDS):
+    for _ in range(PLANS):
         met |= set(path.near(query.world, keep_clear)[1].tolist())
         path = shortest_route(query, met).path
