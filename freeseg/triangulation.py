@@ -253,10 +253,20 @@ def _find_walls(
     shapely.prepare(cores)
     walls[open_ones[which[shapely.intersects_xy(cores, *middles[which].T)]]] = True
     if missing.any():
-        crossed = shapely.STRtree(shapely.linestrings(points[edges]))
-        lines = shapely.linestrings(points[outlines[missing]])
-        walls[crossed.query(lines, predicate="crosses")[1]] = True
+        lines, sides = points[outlines[missing]], points[edges]
+        tree = shapely.STRtree(shapely.linestrings(sides))
+        which, side = tree.query(shapely.linestrings(lines))
+        walls[side[_crosses(lines[which], sides[side]) & _crosses(sides[side], lines[which])]] = (
+            True
+        )
     return walls
+
+
+def _crosses(lines: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Whether the ends of the other lie on both sides of each line (k, 2, 2), shape (k,)."""
+    along = (lines[:, 1] - lines[:, 0])[:, None]
+    sides = cross(along, others - lines[:, :1])
+    return sides.min(1) * sides.max(1) < 0
 
 
 def _lower_hull(points: np.ndarray, radii: np.ndarray) -> np.ndarray:
