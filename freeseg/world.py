@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.errors import FreesegError, InvalidQuery, InvalidWorld
+from freeseg.errors import FreesegError, InvalidParameter, InvalidQuery, InvalidWorld
 from freeseg.geometry import angle_of, cross, ranges, read_only, unit
 
 #: Largest coordinate (m): room for projected maps, whose northings go up to 1e7 m. Beyond it,
@@ -444,7 +444,13 @@ class World:
         -------
         first, second : ndarray of int, shape (k,)
             Obstacle indices, first < second.
+
+        Raises
+        ------
+        InvalidParameter
+            For a gap that is not a finite number.
         """
+        gap = checks.number("gap", gap)
         if len(self) < 2:
             return np.empty(0, int), np.empty(0, int)
         first, second = self.pairs_near(self.cores, self.radii + gap)
@@ -493,8 +499,22 @@ class World:
         -------
         ndarray, shape (..., n)
             Distance (m); below or at zero where the obstacle is met.
+
+        Raises
+        ------
+        InvalidParameter
+            For what is no such geometry, or an empty one.
         """
-        return shapely.distance(self.cores, geometry) - self.radii
+        try:
+            distances = shapely.distance(self.cores, geometry) - self.radii
+        except (TypeError, ValueError):
+            distances = np.array(np.nan)
+        if np.isnan(distances).any():
+            raise InvalidParameter(
+                f"geometry is {checks.shown(geometry)}; give shapely geometries that are not "
+                "empty, such as shapely.Point(x, y), several as an array of shape (k, 1)"
+            )
+        return distances
 
 
 def _frame(boundary: ArrayLike | Polygon) -> Frame:

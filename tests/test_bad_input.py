@@ -138,6 +138,8 @@ CALLS = {
     "Path.at": (SHORT.at, {"s": 0.05}),
     "Path.sample": (SHORT.sample, {"step": 0.05}),
     "Path.clearance": (SHORT.clearance, {"world": WORLD}),
+    "World.distances": (WORLD.distances, {"geometry": shapely.Point(0, 0)}),
+    "World.close_pairs": (WORLD.close_pairs, {"gap": 0.1}),
     "Path.distances": (SHORT.distances, {"world": WORLD}),
     "Path.near": (SHORT.near, {"world": WORLD, "within": 0.1}),
     "Path.save": (SHORT.save, {"file": "path.json"}),
