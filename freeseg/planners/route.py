@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freeseg.errors import NoPath
-from freeseg.geometry import cross
+from freeseg.geometry import cross, read_only
 from freeseg.path import Arc, Path
 from freeseg.plan import TurningPoint, turning_radius
 from freeseg.planners import tangent_search
@@ -191,7 +191,7 @@ def _lay_out(world: World, clearance: float) -> _Layout:
     circle = np.column_stack([edges[which, 0], normals])
     edge, keep = edges.reshape(-1, 4), world.radii[of_edge] + clearance
     grid = _lay_grid(edge, keep, circle)
-    center = world.edges[which, 0].copy()
+    center = read_only(world.edges[which, 0].copy())
     return _Layout(origin, circle, center, of_edge[which], of_edge, edge, grid)
 
 
