@@ -1,5 +1,6 @@
 """The shortest route round obstacles: what the search is given, and what it finds."""
 
+import itertools
 import math
 from collections.abc import Iterable
 from functools import cache, lru_cache
@@ -18,8 +19,9 @@ from freeseg.planners.query import Query
 from freeseg.planners.tangent_search import Scene
 from freeseg.world import World
 
-#: Compilation takes longer than a few searches among so few circles.
-FEW = 32
+#: Compilation takes longer than so many searches among so few circles.
+OFTEN, FEW = 300, 32
+_SMALL_SEARCHES = itertools.count()
 
 #: In so many parts of a turn headings are told apart: many cost little where it is compiled.
 FINE, COARSE = 512, 64
@@ -244,7 +246,10 @@ def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> dict[st
 
 def _kernels(size: int) -> ModuleType:
     """The search, compiled where that pays."""
-    return tangent_search if size < FEW and not _compiled.cache_info().currsize else _compiled()
+    is_compiled = _compiled.cache_info().currsize > 0
+    if size < FEW and not is_compiled and next(_SMALL_SEARCHES) < OFTEN:
+        return tangent_search
+    return _compiled()
 
 
 @cache
