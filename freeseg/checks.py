@@ -163,13 +163,22 @@ def instance(
     return value
 
 
+def sequence(
+    name: str, values: Any, remedy: str, error: type[FreesegError] = InvalidParameter
+) -> tuple[Any, ...]:
+    """`values` as a tuple, or the error for what is no sequence, or a text."""
+    try:
+        if not isinstance(values, str | bytes):
+            return tuple(values)
+    except TypeError:
+        pass
+    raise error(f"{name} is {shown(values)}; give {remedy}")
+
+
 def instances(name, values, kind, remedy, error=InvalidParameter):
     """`values` as a tuple, or the error for what is no sequence of a type."""
-    try:
-        found = tuple(values)
-    except TypeError:
-        found = (None,)
-    if isinstance(values, str | bytes) or not all(isinstance(one, kind) for one in found):
+    found = sequence(name, values, remedy, error)
+    if not all(isinstance(one, kind) for one in found):
         raise error(f"{name} is {shown(values)}; give {remedy}")
     return found
 
@@ -326,9 +335,9 @@ def function(
     return value
 
 
-def file(name: str, value: str | PathLike[str]) -> Path:
-    """`value` as the path of a file, or `InvalidData`."""
+def file(name: str, value: str | PathLike[str], error: type[FreesegError] = InvalidData) -> Path:
+    """`value` as the path of a file, or the error."""
     try:
         return Path(value)
     except TypeError:
-        raise InvalidData(f"{name} is {shown(value)}; give the path of a file") from None
+        raise error(f"{name} is {shown(value)}; give the path of a file") from None

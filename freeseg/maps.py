@@ -34,7 +34,7 @@ SLIVER = 1e-9
 #: Characters of MovingAI's maps that the robot can go on, and that it cannot.
 FREE, BLOCKED = ".GS", "@OTW"
 
-#: What of a file's name is, and what to give instead of what is no such thing.
+#: What names a file.
 File = str | PathLike[str]
 
 
@@ -661,7 +661,7 @@ def save_ros_map(world: World, yaml_file: File, resolution: float) -> None:
 
     check_world(world)
     resolution = checks.positive("resolution", resolution)
-    path = _as_path("yaml_file", yaml_file)
+    path = checks.file("yaml_file", yaml_file, InvalidParameter)
     low, shape = _extent(world, resolution)
     occupied = np.zeros(shape, bool)
     for obstacle in world:
@@ -817,16 +817,9 @@ def _read_image(path: Path) -> tuple[np.ndarray, np.ndarray]:
 # ---- Files ------------------------------------------------------------------------------------
 
 
-def _as_path(name: str, file: Any) -> Path:
-    try:
-        return Path(file)
-    except TypeError:
-        raise InvalidParameter(f"{name} is {checks.shown(file)}; give a file's path") from None
-
-
 def _read_text(file: Any) -> tuple[Path, str]:
     """Path and contents of a text file, or the error."""
-    path = _as_path("file", file)
+    path = checks.file("file", file, InvalidParameter)
     try:
         return path, path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
@@ -838,7 +831,7 @@ def _read_text(file: Any) -> tuple[Path, str]:
 
 def _write(file: Any, content: bytes) -> None:
     """Write a file, or raise the error."""
-    path = _as_path("file", file)
+    path = checks.file("file", file, InvalidParameter)
     try:
         path.write_bytes(content)
     except (OSError, ValueError) as error:

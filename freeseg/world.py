@@ -163,15 +163,8 @@ class Polygon:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", _outline(self.vertices, "polygon"))
-        try:
-            given = list(self.holes)
-        except TypeError:
-            given = None
-        if given is None or isinstance(self.holes, str | bytes):
-            raise InvalidWorld(
-                f"holes is {checks.shown(self.holes)}; give a list of outlines, each an array of "
-                "corners"
-            )
+        remedy = "a list of outlines, each an array of corners"
+        given = checks.sequence("holes", self.holes, remedy, InvalidWorld)
         holes = [
             read_only(_outline(hole, f"holes[{index}]")[::-1]) for index, hole in enumerate(given)
         ]
@@ -179,7 +172,7 @@ class Polygon:
         if holes and not self.core.is_valid:
             raise InvalidWorld(
                 f"holes do not fit into the polygon ({shapely.is_valid_reason(self.core)}); give "
-                f"holes inside of the outline and apart from each other"
+                "holes inside of the outline and apart from each other"
             )
 
     radius = 0.0
@@ -283,14 +276,8 @@ class World:
     boundary: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        try:
-            obstacles = tuple(self.obstacles)
-        except TypeError:
-            obstacles = None
-        if obstacles is None or isinstance(self.obstacles, str | bytes):
-            raise InvalidWorld(
-                f"obstacles is {checks.shown(self.obstacles)}; give a list of Disc and Polygon"
-            )
+        remedy = "a list of Disc and Polygon"
+        obstacles = checks.sequence("obstacles", self.obstacles, remedy, InvalidWorld)
         for index, obstacle in enumerate(obstacles):
             if not isinstance(obstacle, (Disc, Polygon)):
                 raise InvalidWorld(

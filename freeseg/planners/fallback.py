@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from freeseg.checks import shown
-from freeseg.errors import InvalidParameter, Trapped
+from freeseg import checks
+from freeseg.errors import Trapped
 from freeseg.plan import Plan, Planner
 from freeseg.robot import Robot
 from freeseg.segments import MARGIN
@@ -35,8 +35,8 @@ def with_fallback(first: Planner, second: Planner) -> Planner:
     'rooms'
     """
     for name, given in (("first", first), ("second", second)):
-        if not callable(given):
-            raise InvalidParameter(f"{name} is {shown(given)}; give a planner, such as fs.plan")
+        question = None, None, None, None, MARGIN
+        checks.function(name, given, "a planner, such as fs.plan", *question)
 
     def planner(
         world: World,

@@ -124,9 +124,12 @@ def _set(query: Query, layout: "_Layout", counts: np.ndarray) -> tuple[Scene, Mo
     kernels = _kernels(len(circle))
     parts = FINE if kernels is not tangent_search else COARSE
     stamp, seen = np.zeros(len(keep), int), np.zeros(len(circle), int)
+    x0, y0, cell = layout.grid["corner"]
     scene = Scene(
         circle=circle,
         radius=radius,
+        largest=float(radius.max()),
+        span=float(cell * layout.grid["cells"].sum() + np.abs(ends - (x0, y0)).sum()),
         edge=layout.edge,
         keep=keep,
         stamp=stamp,

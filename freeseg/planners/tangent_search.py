@@ -53,6 +53,9 @@ class Scene(NamedTuple):
         First the start and the goal.
     radius : ndarray, shape (c,)
         Radii (m); negative for circles left out.
+    largest, span : float
+        The largest radius, and a length that no two points of interest are
+        apart (m).
     edge : ndarray, shape (k, 4)
         Both ends of every edge (m).
     keep : ndarray, shape (k,)
@@ -81,6 +84,8 @@ class Scene(NamedTuple):
 
     circle: np.ndarray
     radius: np.ndarray
+    largest: float
+    span: float
     edge: np.ndarray
     keep: np.ndarray
     corner: np.ndarray
@@ -127,7 +132,7 @@ def search(scene):
                 more = max(promise - straight, STEP * straight)
                 begin, previous = count, looked[o]
                 looked[o] = promise - nearest[o] + more
-                if looked[o] > span(scene) / 2:
+                if looked[o] > scene.span / 2:
                     looked[o] = math.inf
                 lines, count = look_round(scene, o, previous, looked[o], lines, count)
                 leaving[o] = chain(lines, begin, count, leaving[o])
@@ -368,16 +373,6 @@ def distance_to_goal(scene, i, angle):
     return math.hypot(x, y)
 
 
-def span(scene):
-    """A length that no two points of interest are apart (m)."""
-    x0, y0, cell = scene.corner
-    nx, ny = scene.cells
-    longest = cell * (nx + ny)
-    for i in (START, GOAL):
-        longest += abs(scene.circle[i, 0] - x0) + abs(scene.circle[i, 1] - y0)
-    return longest
-
-
 def look_round(scene, o, shortest, longest, lines, count):
     """List the tangents that leave an oriented circle and that no near edge hides.
 
@@ -390,12 +385,12 @@ def look_round(scene, o, shortest, longest, lines, count):
         The list, grown where need be, and how many are listed in it.
     """
     i = o // 2
-    longest = min(longest, 4 * span(scene))
+    longest = min(longest, 4 * scene.span)
     limit_view(scene, o, longest)
     cell, (nx, ny) = scene.corner[2], scene.cells
     # How far what is entered in a cell can be seen from beside the cell's middle, and as far
     # as from the circle's.
-    around = scene.radius.max() + scene.radius[i] + 0.71 * cell
+    around = scene.largest + scene.radius[i] + 0.71 * cell
     ci, cj = cell_at(scene.corner, scene.cells, scene.circle[i, 0], scene.circle[i, 1])
     scene.mark[0] += 1
     inner, outer = -1, 1
