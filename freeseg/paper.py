@@ -21,7 +21,7 @@ def load_table(table: int, folder: str | PathLike[str] = DATA) -> World:
 
     The paper gives the centres only. Shapes and sizes are an assumption:
     discs, with the radii in ``obstacles.csv``, which make all true that the
-    paper says of safe and danger segments (notebook 02).
+    paper says of safe and danger segments (notebook A1).
 
     Parameters
     ----------

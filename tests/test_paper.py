@@ -197,7 +197,7 @@ def test_centre_on_the_border_of_the_map_is_on_the_map(folder, edge_mm):
     assert_allclose(1000 * fs.load_table(1, folder).obstacles[3].center, edge_mm)
 
 
-SOURCE = "assumption: not published; linear programme of notebook 02_rebuild_the_worlds, whole mm"
+SOURCE = "assumption: not published; linear programme of notebook A1_rebuild_the_worlds, whole mm"
 SIZE = f"4,disc,39,{SOURCE}"
 
 

@@ -1,0 +1,49 @@
+"""Pictures of worlds, plans and runs: one palette, ticks in mm and degrees.
+
+Every function draws on ``ax``, or on a new figure, and returns the axes. Data are
+in metres and radians, as everywhere; only the ticks count in mm and degrees. What
+is no plane ``Axes``, or cannot be drawn, raises `InvalidParameter`; what is no
+world or no position, `InvalidQuery`.
+"""
+
+from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
+from freeseg.plotting.plans import plot_plan, plot_step
+from freeseg.plotting.runs import (
+    animate,
+    draw_robot,
+    move_robot,
+    plot_errors,
+    plot_tracking,
+    plot_wheels,
+)
+from freeseg.plotting.worlds import (
+    plot_band,
+    plot_circle,
+    plot_group,
+    plot_path,
+    plot_query,
+    plot_segments,
+    plot_world,
+)
+
+__all__ = [
+    "PALETTE",
+    "animate",
+    "count_in_degrees",
+    "count_in_mm",
+    "draw_robot",
+    "map_axes",
+    "move_robot",
+    "plot_band",
+    "plot_circle",
+    "plot_errors",
+    "plot_group",
+    "plot_path",
+    "plot_plan",
+    "plot_query",
+    "plot_segments",
+    "plot_step",
+    "plot_tracking",
+    "plot_wheels",
+    "plot_world",
+]
