@@ -1,6 +1,7 @@
 """Run notebooks and store them clean: ``python tests/refresh_notebooks.py [file ...]``.
 
-Without files, every notebook is refreshed. Stored are source and outputs;
+Without files, every notebook is refreshed; with ``--links`` instead of files, only
+the links in their last cells are. Stored are source and outputs;
 stripped is what differs from run to run though nothing changed: execution
 times, widget ids and widget state, memory addresses, and the versions in the
 metadata. The same rules decide when a committed output is stale.
@@ -35,6 +36,41 @@ def every_notebook():
     made = {".ipynb_checkpoints", "build"}
     files = sorted(NOTEBOOKS.rglob("*.ipynb"))
     return [file for file in files if made.isdisjoint(file.relative_to(NOTEBOOKS).parts)]
+
+
+def lessons():
+    """Files of the lessons, in the order in which they are read."""
+    return [file for file in every_notebook() if file.parent == NOTEBOOKS]
+
+
+def in_words(file):
+    """A lesson's number and title, as a link says them."""
+    title = nbformat.read(file, as_version=4).cells[0].source.partition("\n")[0].lstrip("# ")
+    number, _, rest = file.stem.partition("_")
+    return f"{number} {title}" if rest else title
+
+
+def navigation(file):
+    """Links to what comes before and after a lesson; from solutions, back to their lesson."""
+    if file.parent.name == "solutions":
+        return f"[← {in_words(NOTEBOOKS / file.name)}](../{file.name})"
+    order = lessons()
+    place = order.index(file)
+    parts = [f"[← {in_words(one)}]({one.name})" for one in order[max(place - 1, 0) : place]]
+    parts += ["[contents](00_start_here.ipynb)"] if place else []
+    parts += [f"[{in_words(one)} →]({one.name})" for one in order[place + 1 : place + 2]]
+    return " · ".join(parts)
+
+
+def navigate(notebook, file):
+    """Give a lesson its last cell, with links onwards; return the notebook."""
+    if file.parent in (NOTEBOOKS, NOTEBOOKS / "solutions"):
+        last = notebook.cells[-1]
+        if "navigation" not in last.metadata.get("tags", ()):
+            last = nbformat.v4.new_markdown_cell(id="navigation", metadata={"tags": ["navigation"]})
+            notebook.cells.append(last)
+        last.source = navigation(file)
+    return notebook
 
 
 def mask(text):
@@ -119,12 +155,16 @@ def refresh(file):
     """Run one notebook from its folder and store it clean."""
     notebook = nbformat.read(file, as_version=4)
     NotebookClient(notebook, timeout=120, kernel_name="python3").execute(cwd=str(file.parent))
-    nbformat.write(clean(notebook), file)
+    nbformat.write(navigate(clean(notebook), file), file)
     if file.stem == "00_start_here":
         OVERVIEW.write_bytes(pictures(notebook)[0])
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--links"]:
+        for path in every_notebook():
+            nbformat.write(navigate(nbformat.read(path, as_version=4), path), path)
+        sys.exit()
     for path in map(Path, sys.argv[1:] or every_notebook()):
         print(path.name, flush=True)
         refresh(path.resolve())

@@ -451,7 +451,8 @@ def public_functions(module):
     """Functions that a module defines for others."""
     for name, thing in inspect.getmembers(module, callable):
         is_function = inspect.isfunction(inspect.unwrap(thing)) and not name.startswith("_")
-        if is_function and thing.__module__ == module.__name__:
+        # `fs.plotting` is a package: what it offers is defined in its modules.
+        if is_function and f"{thing.__module__}.".startswith(f"{module.__name__}."):
             yield name, thing
 
 

@@ -2,6 +2,7 @@
 
 import io
 import re
+import statistics
 from copy import deepcopy
 from pathlib import Path
 
@@ -16,13 +17,33 @@ from refresh_notebooks import (
     OVERVIEW,
     clean,
     every_notebook,
+    lessons,
+    navigation,
     pictures,
     stale_cell,
 )
 
 ROOT = NOTEBOOKS.parent
 FILES = every_notebook()
-LESSONS = [file for file in FILES if file.parent == NOTEBOOKS]
+LESSONS = lessons()
+#: Their rewriting is still to come.
+LONG = {
+    "01_model_the_robot",
+    "02_find_free_segments",
+    "03_choose_the_turning_point",
+    "04_resolve_collisions",
+    "05_escape_local_minima",
+    "07_reproduce_the_navigation",
+    "14_scale_the_planner",
+    "18_plan_in_your_own_map",
+    "A1_rebuild_the_worlds",
+    "00_start_here",
+    "08_derive_the_sliding_mode_law",
+    "09_track_the_planned_paths",
+    "10_tune_a_pid_baseline",
+    "11_build_an_mpc_tracker",
+    "12_compare_the_trackers",
+}
 
 
 @pytest.fixture(params=FILES, ids=lambda file: file.stem)
@@ -121,8 +142,39 @@ def test_first_cell_says_what_the_lesson_is(notebook):
     assert re.search(r"\*\*[^*]+\?\*\*", first), "the question, in bold"
     for part in ("*Paper: ", "**You will see**", "**You need**", "**Runs in** about"):
         assert part in first
-    assert len(notebook.cells) <= 35
-    assert any(re.search(r"^\s*assert ", cell.source, re.M) for cell in code_of(notebook))
+
+
+def lines_of(cell):
+    """Lines of code, those of comments among them."""
+    return sum(bool(line.strip()) for line in cell.source.splitlines())
+
+
+@pytest.mark.parametrize(
+    "file", [file for file in LESSONS if file.stem not in LONG], ids=lambda file: file.stem
+)
+def test_the_lesson_is_the_code_that_is_left(notebook):
+    lengths = [lines_of(cell) for cell in code_of(notebook)]
+    assert max(lengths) <= 25
+    assert statistics.median(lengths) <= 8
+    assert sum(lengths) <= 200
+    # An answer stands in `solutions/`, so that nobody sees it before asking for it.
+    assert not any(re.search(r"^#+ Solution", cell.source, re.M) for cell in notebook.cells)
+
+
+@pytest.mark.parametrize(
+    "file",
+    [*LESSONS, *(file for file in FILES if file.parent.name == "solutions")],
+    ids=lambda file: f"{file.parent.name}/{file.stem}",
+)
+def test_last_cell_leads_on(file, notebook):
+    assert notebook.cells[-1].source == navigation(file)
+
+
+def test_every_lesson_links_its_solutions():
+    for file in FILES:
+        if file.parent.name == "solutions":
+            lesson = nbformat.read(NOTEBOOKS / file.name, as_version=4)
+            assert any(f"(solutions/{file.name})" in cell.source for cell in lesson.cells)
 
 
 def test_links_lead_somewhere(file, notebook):
