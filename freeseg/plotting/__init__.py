@@ -16,6 +16,7 @@ from freeseg.plotting.runs import (
     plot_tracking,
     plot_wheels,
 )
+from freeseg.plotting.sizes import plot_ranges
 from freeseg.plotting.worlds import (
     plot_band,
     plot_circle,
@@ -41,6 +42,7 @@ __all__ = [
     "plot_path",
     "plot_plan",
     "plot_query",
+    "plot_ranges",
     "plot_segments",
     "plot_step",
     "plot_tracking",
