@@ -34,7 +34,7 @@ ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 ROBOT = fs.KheperaIV()
 AX = plt.figure().add_subplot()
-DISC, NOSE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
+PLACE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
 
 
 class Unprintable:
@@ -279,10 +279,17 @@ CALLS = {
         {"world": WORLD, "plan": PLAN, "run": RUN, "ax": AX},
     ),
     "draw_robot": (fs.plotting.draw_robot, {"pose": (0, 0, 0), "robot": ROBOT, "ax": AX}),
-    "move_robot": (
-        fs.plotting.move_robot,
-        {"disc": DISC, "nose": NOSE, "pose": (0, 0, 0)},
+    "move_robot": (fs.plotting.move_robot, {"place": PLACE, "pose": (0, 0, 0)}),
+    "sketch_pose": (fs.plotting.sketch_pose, {"robot": ROBOT, "ax": AX}),
+    "sketch_turn": (fs.plotting.sketch_turn, {"robot": ROBOT, "ax": AX}),
+    "sketch_sum": (fs.plotting.sketch_sum, {"robot": ROBOT, "ax": AX}),
+    "sketch_step": (fs.plotting.sketch_step, {"robot": ROBOT, "ax": AX}),
+    "plot_drive": (
+        fs.plotting.plot_drive,
+        {"right": 0.1, "left": 0.05, "duration": 2, "robot": ROBOT, "ax": AX},
     ),
+    "plot_limits": (fs.plotting.plot_limits, {"robot": ROBOT, "ax": AX}),
+    "plot_run": (fs.plotting.plot_run, {"run": RUN, "ax": AX, "robots": 2}),
     "plot_errors": (fs.plotting.plot_errors, {"run": RUN, "axes": None}),
     "plot_wheels": (fs.plotting.plot_wheels, {"run": RUN, "ax": AX}),
     "animate": (

@@ -28,7 +28,6 @@ FILES = every_notebook()
 LESSONS = lessons()
 #: Their rewriting is still to come.
 LONG = {
-    "01_model_the_robot",
     "02_find_free_segments",
     "03_choose_the_turning_point",
     "04_resolve_collisions",
