@@ -278,9 +278,9 @@ def verdict(low: float, high: float, margin: float = 0) -> str:
     all verdicts on a study follow from the same intervals, and all of them hold
     whenever these cover.
     """
-    low, high = checks.numbers("interval", (low, high), 2)
+    low, high = checks.number("low", low), checks.number("high", high)
     if low > high:
-        raise InvalidParameter(f"interval is {(low, high)}; give the lower end first")
+        raise InvalidParameter(f"low is {low} and high is {high}; give the lower end first")
     margin = checks.not_negative("margin", margin)
     return str(_verdicts(np.array(low), np.array(high), margin))
 
