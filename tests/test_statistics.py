@@ -1,6 +1,8 @@
 """Intervals cover a known truth as often as they say; what follows from them does, too."""
 
+import runpy
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,6 +93,21 @@ def test_all_differences_are_covered_together(laws, shape, few):
     assert min(better, equivalent) > 0.5 * REPEATS
 
 
+def test_the_benchmark_of_coverage_prints_a_line_for_each_kind_of_study(few, capsys):
+    file = Path(__file__).parent / "benchmarks" / "coverage.py"
+    runpy.run_path(str(file))["main"](repeats=2, sizes=[(4, 4)])
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert head.split()[-4:] == ["4", "laws", "10", "laws"]
+    assert [line.split("4 x 4")[1].split()[0] for line in lines] == [
+        "all",
+        "courses",
+        "the",
+        "none",
+    ]
+    shares = [float(share[:-1]) for line in lines for share in line.split()[-4:]]
+    assert set(shares) <= {0, 50, 100}
+
+
 def test_what_all_laws_meet_alike_cancels():
     rng = np.random.default_rng(0)
     common, own = rng.normal(0, 100, (8, 1)), rng.normal(0, 1, (3, 8, 10))
@@ -108,7 +125,7 @@ def test_the_standard_error_is_that_of_means_of_each_axis():
     values = np.random.default_rng(1).normal(size=(5, 4, 6))
     means = [values.mean(rest) for rest in ((1, 2), (0, 2), (0, 1))]
     by_hand = np.sqrt(sum(one.var(ddof=1) / len(one) for one in means))
-    even = [np.full((1, length), 1 / length) for length in values.shape]
+    even = [np.full((length, 1), 1 / length) for length in values.shape]
     mean, error = statistics._mean_and_error(values[None], np.ones((1, 1)), even)
     assert_allclose((mean[0, 0], error[0, 0]), (values.mean(), by_hand))
 

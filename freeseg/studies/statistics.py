@@ -135,7 +135,26 @@ def interval(
     are resampled apart, and crossed. A. Owen, "The pigeonhole bootstrap",
     Annals of Applied Statistics 1, 2007.
 
-    COVERAGE_INTERVAL
+    How often the interval covers hangs on the numbers and on what differs most.
+    Of 500 synthetic studies of normal effects each (tests/benchmarks/coverage.py),
+    give or take 1 %, intervals at 95 % covered:
+
+    ===========  ===========  ===========  ===========  ===========
+    size         percentiles               studentised
+    -----------  ------------------------  ------------------------
+    effects of   all axes     last axis    all axes     last axis
+    ===========  ===========  ===========  ===========  ===========
+    4 x 4        87 %         90 %         97 %         95 %
+    14 x 8       92 %         90 %         95 %         93 %
+    30 x 30      92 %         92 %         93 %         94 %
+    8 x 10 x 5   90 %         86 %         94 %         95 %
+    8 x 40 x 5   87 %         85 %         93 %         97 %
+    ===========  ===========  ===========  ===========  ===========
+
+    Percentiles are too narrow for few courses or replicates. The studentised
+    interval covered 93 to 98 % of the studies of every size and kind. Where neither
+    courses nor robots matter, only chance, both are too wide: the one covered 98
+    to 100 %, the other 98 %.
     """
     studentised = checks.flag("studentised", studentised)
     values = _table("values", values, 4 if studentised else 2)
@@ -145,7 +164,7 @@ def interval(
         return float(mean[0] - half[0]), float(mean[0] + half[0])
     counts = _counts(values.shape, seed)
     axes = "crk"[: values.ndim]
-    total = np.einsum(f"{axes},b{',b'.join(axes)}->b", values, *counts, optimize=True)
+    total = np.einsum(f"{axes},{'b,'.join(axes)}b->b", values, *counts, optimize=True)
     low, high = np.percentile(total / values.size, [50 - 50 * level, 50 + 50 * level])
     return float(low), float(high)
 
@@ -226,7 +245,11 @@ def differences(
     the axis' own means, divided by their number. That counts interactions more
     than once, and is never too small.
 
-    COVERAGE_DIFFERENCES
+    In the same benchmark as for `interval`, all differences of four laws were
+    covered together in 94 to 97 % of the studies, those of ten laws in 94 to
+    100 %; with four courses and four robots, or where only chance matters, in
+    98 to 100 %. With many laws and few courses the intervals are too wide rather
+    than too narrow. Those of one pair are as `interval`'s, studentised.
     """
     checks.instance("values", values, Mapping, "a dict of name to numbers")  # type: ignore[type-abstract]
     seed, level = checks.whole("seed", seed), _level(level)
@@ -372,8 +395,10 @@ def share(count: int, runs: int, method: str = "wilson", level: float = 0.95) ->
     binomial proportion", Statistical Science 16, 2001.
 
     The runs must be independent. Those that share a course are not, and then
-    both intervals are too narrow: COVERAGE_SHARE
-    Give `interval` zeros and ones instead.
+    both intervals are too narrow: where one of five runs fails, on some courses
+    rather than on others (as the beta distribution with 1 and 4 has it), Wilson's
+    interval of 30 courses with 20 robots each covers two times in three. Give
+    `interval` zeros and ones instead.
     """
     from scipy.stats import binomtest
 
@@ -420,14 +445,15 @@ def sequential(
     Notes
     -----
     One may look after every run, stop at will, and go on later: the intervals
-    hold at all times together, whatever the distribution within the bounds. An
-    ordinary interval at 95 % that is looked at after every run errs far more
-    often: it leaves the truth sooner or later. This is the predictable plug-in
-    empirical Bernstein confidence sequence, theorem 2 with equations 13 to 15 of
-    I. Waudby-Smith and A. Ramdas, "Estimating means of bounded random variables
-    by betting", Journal of the Royal Statistical Society B 86, 2024, intersected
-    over time. Their hedged capital needs a fifth to a half fewer runs, but a search
-    over all means for each interval.
+    hold at all times together, whatever the distribution within the bounds; an
+    ordinary interval at 95 %, looked at after every run, leaves the truth sooner
+    or later. This is the predictable plug-in empirical Bernstein confidence
+    sequence, theorem 2 of I. Waudby-Smith and A. Ramdas, "Estimating means of
+    bounded random variables by betting", Journal of the Royal Statistical Society
+    B 86, 2024, each interval intersected with those before it. The hedged capital
+    of the same paper needs fewer runs, but for each interval a search over all
+    means. For being valid at all times it is wide: it covers more often than it
+    says.
     """
     low, high = checks.numbers("bounds", bounds, 2)
     if not -checks.LARGEST <= low < high <= checks.LARGEST:
@@ -467,15 +493,15 @@ def _table(name: str, values: ArrayLike, least: int) -> np.ndarray:
 
 
 def _counts(shape: tuple[int, ...], seed: int) -> list[np.ndarray]:
-    """How often each resample takes each course, robot and replicate: (resamples, length)."""
+    """How often each resample takes each course, robot and replicate: (length, resamples)."""
     rng = np.random.default_rng(seed)
     counts = []
     for length in shape:
         # Indices, not multinomial counts, so that the draws are those of `scipy.stats.bootstrap`.
         drawn = rng.integers(0, length, (RESAMPLES, length))
-        places = drawn + length * np.arange(RESAMPLES)[:, None]
+        places = drawn * RESAMPLES + np.arange(RESAMPLES)[:, None]
         taken = np.bincount(places.ravel(), minlength=RESAMPLES * length)
-        counts.append(taken.reshape(RESAMPLES, length).astype(float))
+        counts.append(taken.reshape(length, RESAMPLES).astype(float))
     return counts
 
 
@@ -488,23 +514,23 @@ def _mean_and_error(
     ----------
     values : ndarray, shape (laws, courses, robots[, replicates])
     contrasts : ndarray, shape (contrasts, laws)
-    weights : list of ndarray, shape (resamples, length)
-        Of each axis; each row sums to one.
+    weights : list of ndarray, shape (length, resamples)
+        Of each axis; each column sums to one.
 
     Returns
     -------
-    mean, error : ndarray, shape (resamples, contrasts)
+    mean, error : ndarray, shape (contrasts, resamples)
     """
     variance = 0.0
     axes = "crk"[: len(weights)]
     for axis, weight in zip(axes, weights, strict=True):
-        rest = [(f"b{one}", w) for one, w in zip(axes, weights, strict=True) if one != axis]
+        rest = [(f"{one}b", w) for one, w in zip(axes, weights, strict=True) if one != axis]
         terms = ",".join([f"l{axes}", *(term for term, _ in rest)])
-        means = np.einsum(f"{terms}->bl{axis}", values, *(w for _, w in rest), optimize=True)
-        means = contrasts @ means
-        mean = np.einsum("bpn,bn->bp", means, weight)
-        spread = np.einsum("bpn,bn->bp", (means - mean[..., None]) ** 2, weight)
-        variance = variance + spread / (weight.shape[1] - 1)
+        means = np.einsum(f"{terms}->l{axis}b", values, *(w for _, w in rest), optimize=True)
+        means = np.tensordot(contrasts, means, 1)
+        mean = (means * weight).sum(1)
+        spread = ((means - mean[:, None]) ** 2 * weight).sum(1)
+        variance = variance + spread / (len(weight) - 1)
     return mean, np.sqrt(variance)
 
 
@@ -524,20 +550,20 @@ def _simultaneous(
     -------
     mean, half : ndarray, shape (contrasts,)
     """
-    even = [np.full((1, length), 1 / length) for length in values.shape[1:]]
-    (mean,), (error,) = _mean_and_error(values, contrasts, even)
+    even = [np.full((length, 1), 1 / length) for length in values.shape[1:]]
+    mean, error = (found[:, 0] for found in _mean_and_error(values, contrasts, even))
     # What is equal in all runs is so but for rounding, in every resample.
     varies = error > 1e-12 * np.abs(values).max()
     if not varies.any():
         return mean, np.zeros_like(mean)
     contrasts, least = contrasts[varies], LEAST_ERROR * error[varies]
-    weights = [count / count.shape[1] for count in _counts(values.shape[1:], seed)]
+    weights = [count / len(count) for count in _counts(values.shape[1:], seed)]
     size = max(values.size, len(contrasts) * max(values.shape[1:]))
     largest = []
     for part in np.array_split(np.arange(RESAMPLES), min(RESAMPLES, 1 + RESAMPLES * size // HELD)):
-        means, errors = _mean_and_error(values, contrasts, [weight[part] for weight in weights])
-        off = np.abs(means - mean[varies]) / np.maximum(errors, least)
-        largest.append(off.max(1))
+        means, errors = _mean_and_error(values, contrasts, [w[:, part] for w in weights])
+        off = np.abs(means - mean[varies, None]) / np.maximum(errors, least[:, None])
+        largest.append(off.max(0))
     return mean, np.where(varies, error, 0) * np.quantile(np.concatenate(largest), level)
 
 
