@@ -295,6 +295,22 @@ def test_a_sequence_covers_at_all_times_and_a_look_after_every_run_does_not():
     assert looked / REPEATS < 0.8
 
 
+def test_a_sequence_is_that_of_theorem_two():
+    values = np.random.default_rng(3).beta(2, 5, 60)
+    found = statistics.sequential(values, (0, 1))
+    bets, paid, low, high = [], 0, 0, 1
+    for count, value in enumerate(values, 1):
+        # Each bet, and the mean that its price is reckoned from, know the runs before only.
+        means = (0.5 + np.cumsum(values[: count - 1])) / np.arange(2, count + 1)
+        variance = (0.25 + ((values[: count - 1] - means) ** 2).sum()) / count
+        bets.append(min(0.5, np.sqrt(2 * np.log(40) / (variance * count * np.log(count + 1)))))
+        before = means[-1] if count > 1 else 0.5
+        paid += 4 * (value - before) ** 2 * (-np.log(1 - bets[-1]) - bets[-1]) / 4
+        centre, half = np.average(values[:count], weights=bets), (np.log(40) + paid) / sum(bets)
+        low, high = max(low, centre - half), min(high, centre + half)
+        assert_allclose((found.low[count - 1], found.high[count - 1]), (low, high), rtol=1e-9)
+
+
 def test_a_sequence_tells_when_it_is_decided():
     rng = np.random.default_rng(1)
     values = np.clip(rng.normal(0.3, 0.5, 3000), -2, 2)
