@@ -17,7 +17,7 @@ import shapely
 import freeseg as fs
 from freeseg import data
 from freeseg.checks import shown
-from freeseg.studies import courses, planning, runner, statistics, tracking, tuning
+from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
 from freeseg.teaching import quietly, variant_seed
 
 # What is compiled is so before a clock runs.
@@ -262,6 +262,10 @@ CALLS = {
         fs.plotting.plot_circle,
         {"center": (0, 0), "radius": 0.1, "ax": AX, "color": "red"},
     ),
+    "plot_ranges": (
+        fs.plotting.plot_ranges,
+        {"ranges": {"any": np.ones((7, 2))}, "chosen": np.ones(7), "ax": AX},
+    ),
     "plot_query": (fs.plotting.plot_query, {"start": (0, 0), "goal": (1, 1), "ax": AX}),
     "plot_plan": (fs.plotting.plot_plan, {"world": WORLD, "plan": PLAN, "ax": AX}),
     "plot_band": (fs.plotting.plot_band, {"path": SHORT, "robot": ROBOT, "ax": AX}),
@@ -298,6 +302,14 @@ CALLS = {
         lambda **given: list(runner.run(**given)),
         {"function": repr, "cases": [[1]], "jobs": 1},
     ),
+    "random_sizes": (
+        sizes.random_sizes,
+        {"count": 1, "shape": "disc", "seed": 0, "margin": 0.005},
+    ),
+    "make_tables": (sizes.make_tables, {"sizes": WORLD.radii, "shape": "disc"}),
+    "try_sizes": (sizes.try_sizes, {"sizes": WORLD.radii, "shape": "disc", "margin": 0.005}),
+    "by_group": (sizes.by_group, {"plan": PLAN}),
+    "senses": (sizes.senses, {"plan": PLAN}),
     "random_case": (planning.random_case, {"seed": 1}),
     "try_rules": (planning.try_rules, {"seed": 1}),
     "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1}),
@@ -475,7 +487,8 @@ def test_every_public_function_is_fed():
     names = {
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
-    modules = fs.plotting, fs.maps, data, courses, planning, runner, statistics, tracking, tuning
+    modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
+    modules += (tuning,)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

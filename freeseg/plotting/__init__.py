@@ -18,13 +18,8 @@ from freeseg.plotting.robots import (
     sketch_sum,
     sketch_turn,
 )
-from freeseg.plotting.runs import (
-    animate,
-    plot_errors,
-    plot_run,
-    plot_tracking,
-    plot_wheels,
-)
+from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
+from freeseg.plotting.sizes import plot_ranges
 from freeseg.plotting.worlds import (
     plot_band,
     plot_circle,
@@ -52,6 +47,7 @@ __all__ = [
     "plot_path",
     "plot_plan",
     "plot_query",
+    "plot_ranges",
     "plot_run",
     "plot_segments",
     "plot_step",
