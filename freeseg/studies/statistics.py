@@ -136,7 +136,7 @@ def interval(
     Annals of Applied Statistics 1, 2007.
 
     How often the interval covers hangs on the numbers and on what differs most.
-    Of 500 synthetic studies of normal effects each (tests/benchmarks/coverage.py),
+    Of 500 synthetic studies of normal effects each (tests/benchmarks/interval_coverage.py),
     give or take 1 %, intervals at 95 % covered:
 
     ===========  ===========  ===========  ===========  ===========

@@ -1,6 +1,6 @@
 """How often the intervals of `studies.statistics` cover a known truth.
 
-    python tests/benchmarks/coverage.py [repeats]
+    python tests/benchmarks/interval_coverage.py [repeats]
 
 Synthetic studies of several sizes: each run is the sum of normal effects of its course, its
 robot, its replicate and itself, all with standard deviation 1 and mean 0, apart for each law;
