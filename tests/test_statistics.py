@@ -94,7 +94,7 @@ def test_all_differences_are_covered_together(laws, shape, few):
 
 
 def test_the_benchmark_of_coverage_prints_a_line_for_each_kind_of_study(few, capsys):
-    file = Path(__file__).parent / "benchmarks" / "coverage.py"
+    file = Path(__file__).parent / "benchmarks" / "interval_coverage.py"
     runpy.run_path(str(file))["main"](repeats=2, sizes=[(4, 4)])
     head, *lines = capsys.readouterr().out.splitlines()
     assert head.split()[-4:] == ["4", "laws", "10", "laws"]
