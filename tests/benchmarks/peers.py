@@ -1,4 +1,4 @@
-"""Compare freeseg with public planners on the same random worlds of discs.
+"""Compare freeseg with public planners on the same random worlds, of discs and of polygons.
 
 The peers are no part of freeseg's environment; give them one of their own, with
 Python 3.12 or 3.13 to have them all::
@@ -7,11 +7,12 @@ Python 3.12 or 3.13 to have them all::
     python tests/benchmarks/peers.py            # some minutes
     python tests/benchmarks/peers.py --quick    # seconds, only to see that it runs
 
-Every planner plans for the robot's centre, which keeps R_D from the discs. Peers
-that need polygons are given regular 16-gons round the circles of radius R_D, merged
-where they overlap, with enclosed pockets filled; this conversion is not timed.
-The others are given the circles. Start and goal lie outside of these polygons, so
-that every planner can find a way, and discs bar the straight one, so that it must.
+Every planner plans for the robot's centre, which keeps R_D from the obstacles. Peers
+that need polygons are given regular 16-gons round the circles of radius R_D (of a
+polygon: the hull of those round its corners), merged where they overlap, with enclosed
+pockets filled; this conversion is not timed. The others are given the obstacles. Start
+and goal lie outside of these polygons, so that every planner can find a way, and
+obstacles bar the straight one, so that it must.
 
 All planners take turns on one world after the other, so that a slow moment of the
 machine hits all of them alike. Each prepares the world and answers two different
@@ -19,7 +20,7 @@ queries; the time of the first path includes the preparation. freeseg prepares w
 it needs when it is first asked.
 
 A path is invalid if it does not lead from start to goal, or comes closer than R_r to
-a disc. Valid ones have a length ratio: to the optimum, `freeseg.shortest_path`. No path
+an obstacle. Valid ones have a length ratio: to the optimum, `freeseg.shortest_path`. No path
 that keeps R_D has a ratio below one; a valid one that has, uses some of the margin.
 """
 
@@ -38,10 +39,11 @@ from importlib import metadata
 
 import numpy as np
 import shapely
+from shapely.affinity import rotate
 
 import freeseg as fs
 from freeseg.data import write_csv
-from freeseg.geometry import cross, unit
+from freeseg.geometry import cross
 from freeseg.segments import MARGIN
 
 #: Clearance (m) that a legal path has at least, and that planners are to keep.
@@ -54,8 +56,10 @@ CORNERS = 16
 #: Cell of the grid search (m).
 CELL = 0.005
 
-#: Free width (m) round the outermost centres of discs: every query is within.
+#: Free width (m) round the outermost centres and corners: every query is within.
 BORDER = 0.4
+
+SHAPES = "disc", "polygon"
 
 #: Distance (m) below which lengths and clearances count as equal.
 ROUND_OFF = 1e-6
@@ -68,11 +72,7 @@ class Task:
     Parameters
     ----------
     world : World
-        Discs.
-    centers : ndarray, shape (n, 2)
-        Centres of the discs (m).
-    reach : ndarray, shape (n,)
-        Distance that the robot's centre keeps from each of them (m).
+        Discs, or polygons.
     polygons : list of shapely.Polygon
         Disjoint, without holes, counter-clockwise.
     queries : list of (start, goal)
@@ -82,8 +82,6 @@ class Task:
     """
 
     world: fs.World
-    centers: np.ndarray
-    reach: np.ndarray
     polygons: list
     queries: list
     optima: list
@@ -91,15 +89,18 @@ class Task:
     @property
     def box(self):
         """Corners (m) of a rectangle round everything: (xmin, ymin), (xmax, ymax)."""
-        return self.centers.min(0) - BORDER, self.centers.max(0) + BORDER
+        return self.world.edges.min((0, 1)) - BORDER, self.world.edges.max((0, 1)) + BORDER
+
+    @property
+    def reach(self):
+        """Distance (m) that the robot's centre keeps from the core of each obstacle."""
+        return self.world.radii + R_D
 
 
-def make_task(n, seed):
-    """World number `seed` of n discs with two queries, or None where one has no path."""
-    world = fs.random_world(n, seed)
-    centers = np.array([disc.center for disc in world.obstacles])
-    reach = world.radii + R_D
-    polygons = merged_polygons(centers, reach)
+def make_task(n, seed, shape):
+    """World number `seed` of n obstacles of a shape and two queries; None where there is no path."""
+    world = fs.random_world(n, seed, (shape,))
+    polygons = merged_polygons(world)
     obstacle = shapely.multipolygons(polygons)
     shapely.prepare(obstacle)
     queries = (fs.random_query(world, seed) for seed in itertools.count(1000 * seed))
@@ -109,21 +110,22 @@ def make_task(n, seed):
         optima = [fs.shortest_path(world, *query).path.length for query in pair]
     except fs.NoPath:
         return None
-    return Task(world, centers, reach, polygons, pair, optima)
+    return Task(world, polygons, pair, optima)
 
 
 def is_posed(query, world, obstacle):
-    """Whether start and goal are outside of the polygons, and a disc bars the straight way."""
+    """Whether start and goal are outside of the polygons, and something bars the straight way."""
     outside = not shapely.intersects_xy(obstacle, query).any()
     return outside and (world.distances(shapely.LineString(query)) < R_D).any()
 
 
-def merged_polygons(centers, radii):
-    """Polygons round circles: merged, holes filled, counter-clockwise."""
-    # Each polygon is rotated differently, as corners in line trouble some planners.
-    turns = np.arange(CORNERS) + np.arange(len(centers))[:, None] * np.sqrt(2)
-    corners = unit(2 * np.pi / CORNERS * turns) / np.cos(np.pi / CORNERS)
-    parts = shapely.polygons(centers[:, None] + radii[:, None, None] * corners)
+def merged_polygons(world):
+    """Polygons round obstacles grown by R_D: merged, holes filled, counter-clockwise."""
+    reach = (world.radii + R_D) / np.cos(np.pi / CORNERS)
+    parts = shapely.buffer(world.cores, reach, quad_segs=CORNERS // 4)
+    # Each disc's is rotated differently, as corners in line trouble some planners.
+    turn = 360 / CORNERS * np.sqrt(2)
+    parts = [rotate(part, k * turn) if world.radii[k] else part for k, part in enumerate(parts)]
     # Rounded to 1 µm, as pyvisgraph's author advises against round-off.
     merged = shapely.union_all(parts, grid_size=1e-6)
     filled = shapely.polygons(shapely.get_exterior_ring(shapely.get_parts(merged)))
@@ -228,13 +230,14 @@ def networkx_shapely(task):
 
 def skimage_grid(task):
     """The cheapest way over a grid of eight neighbours, as it comes: not smoothed."""
-    from skimage.draw import disk
+    from skimage.draw import polygon as fill
     from skimage.graph import MCP_Geometric
 
     low, high = task.box
     costs = np.ones(np.ceil((high - low) / CELL).astype(int) + 1)
-    for center, reach in zip(task.centers, task.reach, strict=True):
-        costs[disk((center - low) / CELL, reach / CELL, shape=costs.shape)] = np.inf
+    for grown in shapely.buffer(task.world.cores, task.reach, quad_segs=32):
+        corners = (shapely.get_coordinates(grown.exterior) - low) / CELL
+        costs[fill(*corners.T, shape=costs.shape)] = np.inf
 
     def query(start, goal):
         # The cells of start and goal may be blocked although start and goal are not.
@@ -258,8 +261,34 @@ def quiet_ompl():
     util.RNG.setSeed(1)
 
 
+def clear_of_discs(task):
+    """Exact check of a straight motion among discs, in NumPy."""
+    centers, squares = task.world.edges[:, 0], task.reach**2
+
+    def clear(start, end):
+        start = np.array([start[0], start[1]])
+        motion = np.array([end[0], end[1]]) - start
+        offset = centers - start
+        along = np.clip(offset @ motion / max(motion @ motion, 1e-300), 0, 1)
+        offset = offset - along[:, None] * motion
+        return bool((np.einsum("ij,ij->i", offset, offset) >= squares).all())
+
+    return clear
+
+
+def clear_of_polygons(world):
+    """Exact check of a straight motion among polygons, with Shapely's tree."""
+    tree = shapely.STRtree(world.cores)
+
+    def clear(start, end):
+        motion = shapely.linestrings([[start[0], start[1]], [end[0], end[1]]])
+        return len(tree.query(motion, "dwithin", distance=R_D)) == 0
+
+    return clear
+
+
 def ompl(task, method, seconds, simplify=False):
-    """One of OMPL's sampling planners, with an exact check of motions in NumPy."""
+    """One of OMPL's sampling planners, with an exact check of motions."""
     from ompl import base, geometric
 
     quiet_ompl()
@@ -268,16 +297,7 @@ def ompl(task, method, seconds, simplify=False):
         bounds.setLow(axis, low)
         bounds.setHigh(axis, high)
     space.setBounds(bounds)
-    squares = task.reach**2
-
-    def clear(start, end):
-        """Whether a straight motion keeps away from all discs."""
-        start = np.array([start[0], start[1]])
-        motion = np.array([end[0], end[1]]) - start
-        offset = task.centers - start
-        along = np.clip(offset @ motion / max(motion @ motion, 1e-300), 0, 1)
-        offset -= along[:, None] * motion
-        return bool((np.einsum("ij,ij->i", offset, offset) >= squares).all())
+    clear = clear_of_polygons(task.world) if task.world.radii[0] == 0 else clear_of_discs(task)
 
     class Motions(base.MotionValidator):
         def checkMotion(self, start, end):  # noqa: N802 (OMPL's name)
@@ -307,7 +327,7 @@ def ompl(task, method, seconds, simplify=False):
 
 @dataclass(frozen=True)
 class Planner:
-    """What prepares, the package that it needs, and the most discs that it is given."""
+    """What prepares, the package that it needs, and the most obstacles that it is given."""
 
     prepare: Callable
     package: str
@@ -350,6 +370,8 @@ class Tally:
                 ("next ms", self.following),
             )
         }
+        # The slowest first path stands beside the median.
+        row["slowest ms"] = f"{1e3 * max(self.first):.2f}" if self.first else "-"
         row |= {
             name: f"{statistic(self.ratios):.4f}" if self.ratios else "-"
             for name, statistic in (("ratio", statistics.median), ("worst", max))
@@ -404,7 +426,7 @@ def judge(task, start, goal, path):
     if path is None or len(points := points_of(path)) < 2:
         return "no path"
     line = shapely.LineString(points)
-    clearance = (shapely.distance(shapely.points(task.centers), line) - task.world.radii).min()
+    clearance = task.world.distances(line).min()
     off = np.abs(points[[0, -1]] - [start, goal]).max()
     if off > ROUND_OFF or clearance < R_R - ROUND_OFF:
         return "invalid"
@@ -420,45 +442,50 @@ def installed(package):
 
 
 def run(sizes, worlds):
-    """Tally of every installed planner and size: dict of (n, name) to `Tally`."""
+    """Tally of every installed planner, shape and size: dict of (shape, n, name) to `Tally`."""
     present = [
         name
         for name, planner in PLANNERS.items()
         if planner.package == "freeseg" or installed(planner.package)
     ]
-    warm_up = make_task(5, seed=0)
+    warm_up = make_task(5, 0, "disc")
     for name in present:
         # Imports and Numba's compilation are not measured.
         measure(PLANNERS[name].prepare, warm_up, Tally())
-    tallies = {(n, name): Tally() for n in sizes for name in present if n <= PLANNERS[name].most}
-    for number, n in itertools.product(range(worlds), sizes):
-        if (task := make_task(n, seed=number + 1)) is None:
+    tallies = {
+        (shape, n, name): Tally()
+        for shape, n in itertools.product(SHAPES, sizes)
+        for name in present
+        if n <= PLANNERS[name].most
+    }
+    for number, shape, n in itertools.product(range(worlds), SHAPES, sizes):
+        if (task := make_task(n, number + 1, shape)) is None:
             continue
         for name in present[number % len(present) :] + present[: number % len(present)]:
-            if (n, name) in tallies:
-                measure(PLANNERS[name].prepare, task, tallies[n, name])
+            if (shape, n, name) in tallies:
+                measure(PLANNERS[name].prepare, task, tallies[shape, n, name])
         if sys.stderr.isatty():
-            print(f"world {number + 1} of {worlds}, {n} discs", file=sys.stderr)
+            print(f"world {number + 1} of {worlds}, {n} {shape}s", file=sys.stderr)
     return tallies
 
 
 def show(tallies):
     """Print the table, what went wrong, and who took part."""
     print("Times are medians. Ratio: length to the optimum, median and worst.\n")
-    for n, group in itertools.groupby(tallies.items(), lambda item: item[0][0]):
-        for number, ((_, name), tally) in enumerate(group):
+    for (shape, n), group in itertools.groupby(tallies.items(), lambda item: item[0][:2]):
+        for number, ((_, _, name), tally) in enumerate(group):
             row = tally.row()
             if number == 0:
-                print(f"{n:4d} discs{'':14s}" + "".join(f"{key:>11s}" for key in row))
+                print(f"{n:4d} {shape + 's':19s}" + "".join(f"{key:>11s}" for key in row))
             print(f"  {name:22s}" + "".join(f"{value:>11}" for value in row.values()))
         print()
-    for (n, name), tally in tallies.items():
+    for (shape, n, name), tally in tallies.items():
         for what, times in tally.wrong.items():
-            print(f"{name}, {n} discs, {times} times: {what}")
-    largest = max(n for n, _ in tallies)
+            print(f"{name}, {n} {shape}s, {times} times: {what}")
+    largest = max(n for _, n, _ in tallies)
     for name, planner in PLANNERS.items():
         if planner.most < largest:
-            print(f"{name} is asked up to {planner.most} discs only: it would take too long")
+            print(f"{name} is asked up to {planner.most} obstacles only: it would take too long")
     needed = dict.fromkeys(planner.package for planner in PLANNERS.values())
     print(f"Python {platform.python_version()} on {platform.machine()}")
     for package in (*needed, "numba", "numpy", "scipy", "shapely"):
@@ -470,14 +497,17 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[7, 20, 50, 100], metavar="N")
     parser.add_argument("--worlds", type=int, default=10, help="worlds of each size")
-    parser.add_argument("--quick", action="store_true", help="one world of 7 discs")
+    parser.add_argument("--quick", action="store_true", help="one world of 7 of each shape")
     parser.add_argument("--csv", metavar="FILE", help="write the table there, too")
     options = parser.parse_args(arguments)
     sizes, worlds = ([7], 1) if options.quick else (options.sizes, options.worlds)
     tallies = run(sizes, worlds)
     show(tallies)
     if options.csv:
-        rows = [{"discs": n, "planner": name} | tally.row() for (n, name), tally in tallies.items()]
+        rows = [
+            {"shape": shape, "n": n, "planner": name} | tally.row()
+            for (shape, n, name), tally in tallies.items()
+        ]
         write_csv(options.csv, rows)
 
 
