@@ -262,6 +262,23 @@ CALLS = {
         fs.plotting.plot_circle,
         {"center": (0, 0), "radius": 0.1, "ax": AX, "color": "red"},
     ),
+    "plot_case": (fs.plotting.plot_case, {"plan": PLAN, "best": PLAN, "ax": AX}),
+    "plot_round": (
+        fs.plotting.plot_round,
+        {"world": WORLD, "path": SHORT, "met": (0,), "robot": ROBOT, "margin": 0.005, "ax": AX},
+    ),
+    "plot_clearance": (
+        fs.plotting.plot_clearance,
+        {"world": WORLD, "path": SHORT, "obstacle": 0, "ax": AX},
+    ),
+    "plot_counts": (
+        fs.plotting.plot_counts,
+        {
+            "counts": {"discs": {"solved": [16]}, "squares": {"solved": [15]}},
+            "chosen": {"solved": 16},
+            "ax": AX,
+        },
+    ),
     "plot_query": (fs.plotting.plot_query, {"start": (0, 0), "goal": (1, 1), "ax": AX}),
     "plot_plan": (fs.plotting.plot_plan, {"world": WORLD, "plan": PLAN, "ax": AX}),
     "plot_band": (fs.plotting.plot_band, {"path": SHORT, "robot": ROBOT, "ax": AX}),

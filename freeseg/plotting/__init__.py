@@ -8,6 +8,7 @@ world or no position, `InvalidQuery`.
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.plans import plot_plan, plot_step
+from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot_round
 from freeseg.plotting.runs import (
     animate,
     draw_robot,
@@ -35,12 +36,16 @@ __all__ = [
     "map_axes",
     "move_robot",
     "plot_band",
+    "plot_case",
     "plot_circle",
+    "plot_clearance",
+    "plot_counts",
     "plot_errors",
     "plot_group",
     "plot_path",
     "plot_plan",
     "plot_query",
+    "plot_round",
     "plot_segments",
     "plot_step",
     "plot_tracking",
