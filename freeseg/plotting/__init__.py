@@ -8,15 +8,19 @@ world or no position, `InvalidQuery`.
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.plans import plot_plan, plot_step
-from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot_round
-from freeseg.plotting.runs import (
-    animate,
+from freeseg.plotting.robots import (
     draw_robot,
     move_robot,
-    plot_errors,
-    plot_tracking,
-    plot_wheels,
+    plot_drive,
+    plot_limits,
+    sketch_pose,
+    sketch_step,
+    sketch_sum,
+    sketch_turn,
 )
+from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot_round
+from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
+from freeseg.plotting.sizes import plot_ranges
 from freeseg.plotting.worlds import (
     plot_band,
     plot_circle,
@@ -40,15 +44,23 @@ __all__ = [
     "plot_circle",
     "plot_clearance",
     "plot_counts",
+    "plot_drive",
     "plot_errors",
     "plot_group",
+    "plot_limits",
     "plot_path",
     "plot_plan",
     "plot_query",
+    "plot_ranges",
     "plot_round",
+    "plot_run",
     "plot_segments",
     "plot_step",
     "plot_tracking",
     "plot_wheels",
     "plot_world",
+    "sketch_pose",
+    "sketch_step",
+    "sketch_sum",
+    "sketch_turn",
 ]
