@@ -26,7 +26,7 @@ from freeseg.robot import as_robot
 from freeseg.world import Disc, check_world
 
 #: Distance of a number from its disc (m), and the directions in which a place for it is sought.
-BESIDE, AROUND = 0.05, read_only(unit(np.linspace(0, 2 * np.pi, 49)))
+BESIDE, AROUND = 0.045, read_only(unit(np.linspace(0, 2 * np.pi, 49)))
 
 #: The paper has so many cases; height of the bar of the commonest count in a row.
 CASES, TALLEST = 16, 0.42
@@ -230,3 +230,4 @@ def _put_numbers_beside(ax, world, lines):
             spots = obstacle.center + (obstacle.radius + BESIDE) * AROUND
             room = shapely.distance(shapely.points(spots), busy).round(6)
             number.xyann = spots[np.argmax(room)]
+            busy = busy.union(shapely.Point(number.xyann))
