@@ -32,7 +32,7 @@ BESIDE, AROUND = 0.045, read_only(unit(np.linspace(0, 2 * np.pi, 49)))
 CASES, TALLEST = 16, 0.42
 
 #: Colours above and below the base line.
-SIDES = "planned", "turning"
+COUNT_COLORS = "planned", "turning"
 
 
 def plot_case(plan, best, ax=None):
@@ -174,7 +174,7 @@ def plot_counts(counts, chosen, ax=None):
         bars = [np.bincount(rows[label], minlength=CASES + 1) for rows in kinds.values()]
         heights = np.array([found / found.sum() for found in bars])
         heights *= TALLEST / heights.max()
-        for kind, height, sign, color in zip(kinds, heights, (1, -1), SIDES, strict=True):
+        for kind, height, sign, color in zip(kinds, heights, (1, -1), COUNT_COLORS, strict=True):
             style = {"bottom": -place, "width": 0.9, "color": PALETTE[color]}
             ax.bar(range(CASES + 1), sign * height, **style, label=None if place else kind)
     places = -np.arange(len(chosen))
