@@ -262,6 +262,23 @@ CALLS = {
         fs.plotting.plot_circle,
         {"center": (0, 0), "radius": 0.1, "ax": AX, "color": "red"},
     ),
+    "plot_case": (fs.plotting.plot_case, {"plan": PLAN, "best": PLAN, "ax": AX}),
+    "plot_round": (
+        fs.plotting.plot_round,
+        {"world": WORLD, "path": SHORT, "met": (0,), "robot": ROBOT, "margin": 0.005, "ax": AX},
+    ),
+    "plot_clearance": (
+        fs.plotting.plot_clearance,
+        {"world": WORLD, "path": SHORT, "obstacle": 0, "ax": AX},
+    ),
+    "plot_counts": (
+        fs.plotting.plot_counts,
+        {
+            "counts": {"discs": {"solved": [16]}, "squares": {"solved": [15]}},
+            "chosen": {"solved": 16},
+            "ax": AX,
+        },
+    ),
     "plot_ranges": (
         fs.plotting.plot_ranges,
         {"ranges": {"any": np.ones((7, 2))}, "chosen": np.ones(7), "ax": AX},

@@ -32,7 +32,6 @@ LONG = {
     "03_choose_the_turning_point",
     "04_resolve_collisions",
     "05_escape_local_minima",
-    "07_reproduce_the_navigation",
     "14_scale_the_planner",
     "18_plan_in_your_own_map",
     "08_derive_the_sliding_mode_law",

@@ -23,7 +23,7 @@ def literal_plan(
     concentric: bool = False,
     outer_endpoints: bool = False,
 ) -> Plan:
-    """Plan with nothing added to the paper's words: each choice once, and the first one.
+    """Plan by the paper's words, with only what it takes to run them.
 
     Parameters
     ----------
@@ -47,6 +47,24 @@ def literal_plan(
         As for `plan`.
     Trapped
         Where these rules find no path, with their trace.
+
+    Notes
+    -----
+    What the words leave open, and what stands here for it:
+
+    1. the radius of the dangerous circle: R_D = R_r + delta / 2;
+    2. what an endpoint is: the point of an obstacle nearest to the neighbour;
+       an endpoint serves once;
+    3. which danger is solved: the first one on the way;
+    4. what a repair chooses from (section 3.3.1): the endpoints of the obstacle
+       in the way, by their detour between the turning points before and after;
+    5. the side of a turn: through the segment, with the obstacle on the other
+       side;
+    6. the order of turns: a repair goes in where the danger was, and no turn
+       is moved or dropped.
+
+    The way out of a local minimum, "far away" (section 3.3.2), names neither a
+    side nor a distance and is left out.
     """
     query = ask(world, start, goal, robot, margin)
     segments = free_segments(world, query.robot, query.margin)

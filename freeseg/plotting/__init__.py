@@ -18,6 +18,7 @@ from freeseg.plotting.robots import (
     sketch_sum,
     sketch_turn,
 )
+from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot_round
 from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
 from freeseg.plotting.sizes import plot_ranges
 from freeseg.plotting.worlds import (
@@ -39,7 +40,10 @@ __all__ = [
     "map_axes",
     "move_robot",
     "plot_band",
+    "plot_case",
     "plot_circle",
+    "plot_clearance",
+    "plot_counts",
     "plot_drive",
     "plot_errors",
     "plot_group",
@@ -48,6 +52,7 @@ __all__ = [
     "plot_plan",
     "plot_query",
     "plot_ranges",
+    "plot_round",
     "plot_run",
     "plot_segments",
     "plot_step",
