@@ -225,7 +225,8 @@ def sketch_literal_circle(angle, obstacle_radius, robot=None, margin=MARGIN, ax=
     ax.plot(*path.T, color=PALETTE["planned"], lw=2.2, zorder=4)
     body = {"fc": PALETTE["robot"], "ec": PALETTE["outline"], "alpha": 0.45, "zorder": 3}
     ax.add_patch(Circle(nearest, robot.radius, **body))
-    shared = shapely.Point(nearest).buffer(robot.radius).intersection(shapely.Point(0, 0).buffer(r))
+    discs = shapely.buffer(shapely.points([nearest, (0, 0)]), (robot.radius, r), quad_segs=90)
+    shared = shapely.intersection(*discs)
     if not shared.is_empty:
         ax.fill(*shared.exterior.xy, color=PALETTE["danger"], lw=0, zorder=3.5)
     _name_parts(ax, top, leave, foot, nearest, phi)
