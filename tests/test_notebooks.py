@@ -33,7 +33,6 @@ LONG = {
     "07_reproduce_the_navigation",
     "14_scale_the_planner",
     "18_plan_in_your_own_map",
-    "00_start_here",
     "08_derive_the_sliding_mode_law",
     "09_track_the_planned_paths",
     "10_tune_a_pid_baseline",

@@ -498,6 +498,14 @@ def test_no_legend_covers_data(run, ax):
     assert ax.transData.transform((0, run.wheels.max()))[1] < legend.y0
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_robot_that_stands_still_is_drawn(robot, ax):
+    still = fs.drive(lambda t, pose: (0, 0), (0, 0, 0), 0.1, 5, robot)
+    fs.plotting.plot_wheels(still, ax)
+    low, high = ax.get_ylim()
+    assert low < 0 < high
+
+
 def test_show_table_is_markdown():
     table = fs.display.show_table(["case", "length (mm)"], [["13a", 805.2], ["13b", None]])
     assert table.data.splitlines() == [

@@ -168,7 +168,7 @@ def plot_wheels(run, ax=None):
     ax.spines[["top", "right"]].set_visible(False)
     # Room for the legend above all data.
     low, high = ax.dataLim.intervaly
-    room = 0.05 * (high - low)
+    room = 0.05 * (high - low) or 0.01  # a robot may stand still
     ax.set_ylim(low - room, high + 6 * room)
     ax.legend(loc="upper right", ncols=2, frameon=False)
     return ax
