@@ -17,6 +17,7 @@ import shapely
 import freeseg as fs
 from freeseg import data
 from freeseg.checks import shown
+from freeseg.segments import find_endpoints
 from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
 from freeseg.teaching import quietly, variant_seed
 
@@ -255,7 +256,11 @@ CALLS = {
     "plot_world": (fs.plotting.plot_world, {"world": WORLD, "ax": None, "numbers": None}),
     "plot_segments": (
         fs.plotting.plot_segments,
-        {"segments": CHAIN, "ax": AX, "lengths": False},
+        {"segments": CHAIN, "ax": AX, "lengths": False, "names": False},
+    ),
+    "plot_endpoints": (
+        fs.plotting.plot_endpoints,
+        {"endpoints": find_endpoints(WORLD, CHAIN), "ax": AX},
     ),
     "plot_path": (fs.plotting.plot_path, {"path": SHORT, "ax": AX, "color": "red"}),
     "plot_circle": (
@@ -300,6 +305,19 @@ CALLS = {
     "sketch_pose": (fs.plotting.sketch_pose, {"robot": ROBOT, "ax": AX}),
     "sketch_turn": (fs.plotting.sketch_turn, {"robot": ROBOT, "ax": AX}),
     "sketch_sum": (fs.plotting.sketch_sum, {"robot": ROBOT, "ax": AX}),
+    "sketch_segment": (
+        fs.plotting.sketch_segment,
+        {"length": 0.2, "robot": ROBOT, "margin": 0.005, "ax": AX},
+    ),
+    "plot_detours": (
+        fs.plotting.plot_detours,
+        {"start": (0, 0), "goal": (1, 1), "lengths": [1.5, 2], "ax": AX, "color": "red"},
+    ),
+    "sketch_tangent": (fs.plotting.sketch_tangent, {"ax": AX}),
+    "sketch_literal_circle": (
+        fs.plotting.sketch_literal_circle,
+        {"angle": 0.5, "obstacle_radius": 0.04, "robot": ROBOT, "margin": 0.005, "ax": AX},
+    ),
     "sketch_step": (fs.plotting.sketch_step, {"robot": ROBOT, "ax": AX}),
     "plot_drive": (
         fs.plotting.plot_drive,

@@ -28,8 +28,6 @@ FILES = every_notebook()
 LESSONS = lessons()
 #: Their rewriting is still to come.
 LONG = {
-    "02_find_free_segments",
-    "03_choose_the_turning_point",
     "04_resolve_collisions",
     "05_escape_local_minima",
     "14_scale_the_planner",

@@ -6,6 +6,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import shapely
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.patches import Circle
 from numpy.testing import assert_allclose, assert_array_equal
@@ -13,6 +14,7 @@ from PIL import Image
 
 import freeseg as fs
 from freeseg.plotting import PALETTE
+from freeseg.segments import find_endpoints
 
 MINUS = "\N{MINUS SIGN}"
 GROUP = mpl.colors.to_rgba(PALETTE["group"])
@@ -105,11 +107,29 @@ def test_plot_world_draws_every_obstacle_with_its_number(world, ax):
         assert_allclose(collection.get_facecolor(), [mpl.colors.to_rgba(PALETTE["obstacle"])])
     assert [text.get_text() for text in ax.texts] == ["1", "2", "3"]
     assert_allclose(ax.texts[1].xy, (0.3, 0.1))
+    assert world.cores[2].contains(shapely.Point(ax.texts[2].xy))
     # All of them are in view.
     assert ax.get_xlim()[0] <= 0.15
     assert ax.get_xlim()[1] >= 0.65
     assert ax.get_ylim()[0] <= -0.1
     assert ax.get_ylim()[1] >= 0.4
+
+
+def test_numbers_stand_beside_small_discs_and_on_large_ones(tables, ax):
+    world = tables[1]
+    fs.plotting.plot_world(world, ax)
+    ax.figure.canvas.draw()
+    for disc, text in zip(world, ax.texts, strict=True):
+        middle = ax.transData.transform(disc.center)
+        edge = ax.transData.transform(disc.center + disc.radius * np.eye(2)[0])
+        written = ax.transData.inverted().transform(text.get_window_extent().get_points().mean(0))
+        apart = np.hypot(*(ax.transData.transform(written) - middle))
+        # Either its number is in the middle, or it hides nothing of the disc.
+        if disc.radius > 0.03:
+            assert apart < 3
+        else:
+            assert apart > edge[0] - middle[0] + 4
+            assert (written - disc.center) @ (disc.center - [0.355, 0.39]) > 0
 
 
 def test_discs_are_as_large_on_the_canvas_as_circles(world, ax):
@@ -210,6 +230,41 @@ def test_plot_segments_labels_each_kind_once(tables, ax):
         ends = [segment.ends for segment in segments if segment.safe == safe]
         assert_allclose(drawn_segments(line_labelled(ax, kind)), ends)
     assert len(ax.texts) == 0
+
+
+def test_plot_segments_names_the_ends_as_the_paper_does(tables, ax):
+    segments = fs.free_segments(tables[1])
+    fs.plotting.plot_segments(segments, ax, names=True)
+    assert [text.get_text() for text in ax.texts] == [f"$p_{{{k}}}$" for k in range(2, 14)]
+    ends = np.concatenate([segment.ends for segment in segments])
+    assert_allclose([text.xy for text in ax.texts], ends)
+
+
+def test_text_on_segments_hides_less_than_a_box(plan, ax):
+    fs.plotting.plot_segments(plan.segments, ax, lengths=True, names=True)
+    assert all(text.get_bbox_patch() is None and text.get_path_effects() for text in ax.texts)
+
+
+def test_plot_endpoints_tells_ends_of_segments_from_outer_ones(tables, ax):
+    segments = fs.free_segments(tables[4])
+    endpoints = find_endpoints(tables[4], segments)
+    assert fs.plotting.plot_endpoints(endpoints, ax) is ax
+    assert_map_in_mm(ax)
+    for label, outer, fill in (
+        ("end of a safe segment", False, PALETTE["turning"]),
+        ("outer endpoint", True, "white"),
+    ):
+        line = line_labelled(ax, label)
+        points = [end.point for end in endpoints if (end.segment is None) == outer]
+        assert_allclose(line.get_xydata(), points)
+        assert line.get_markerfacecolor() == fill
+        # They leave the numbers of the discs readable.
+        assert line.get_markersize() < 5
+
+
+def test_plot_endpoints_of_none(ax):
+    fs.plotting.plot_endpoints([], ax)
+    assert not ax.lines
 
 
 def test_plot_path_draws_the_centre_line(plan, ax):

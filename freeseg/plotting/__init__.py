@@ -21,9 +21,16 @@ from freeseg.plotting.robots import (
 from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot_round
 from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
 from freeseg.plotting.sizes import plot_ranges
+from freeseg.plotting.tangents import (
+    plot_detours,
+    sketch_literal_circle,
+    sketch_segment,
+    sketch_tangent,
+)
 from freeseg.plotting.worlds import (
     plot_band,
     plot_circle,
+    plot_endpoints,
     plot_group,
     plot_path,
     plot_query,
@@ -44,7 +51,9 @@ __all__ = [
     "plot_circle",
     "plot_clearance",
     "plot_counts",
+    "plot_detours",
     "plot_drive",
+    "plot_endpoints",
     "plot_errors",
     "plot_group",
     "plot_limits",
@@ -59,8 +68,11 @@ __all__ = [
     "plot_tracking",
     "plot_wheels",
     "plot_world",
+    "sketch_literal_circle",
     "sketch_pose",
+    "sketch_segment",
     "sketch_step",
     "sketch_sum",
+    "sketch_tangent",
     "sketch_turn",
 ]

@@ -10,14 +10,21 @@ from matplotlib.patheffects import withStroke
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
+from freeseg.geometry import angle_of, unit
 from freeseg.path import Path
 from freeseg.plotting.axes import PALETTE, check_axes, check_color, map_axes
 from freeseg.robot import as_robot
-from freeseg.segments import FreeSegment
+from freeseg.segments import Endpoint, FreeSegment
 from freeseg.world import Disc, Polygon, as_points, as_position, check_world
 
 #: Of more obstacles than that, numbers hide what they name.
 MOST_NUMBERS = 100
+
+#: A disc of at least this radius, as a share of the world's extent, has room for its number.
+ROOM = 0.05
+
+#: What keeps text readable on lines and on obstacles, and hides less of them than a box.
+HALO = [withStroke(linewidth=2, foreground="white")]
 
 
 def as_patch(obstacle, **style):
@@ -82,16 +89,39 @@ def plot_world(world, ax=None, numbers=None):
         grown = world.radii[np.repeat(np.arange(len(world)), world.edge_counts), None]
         ax.update_datalim(np.concatenate([world.edges[:, 0] - grown, world.edges[:, 0] + grown]))
     if numbers:
-        # The boundary has no number.
-        for number, core in enumerate(world.cores[: world.frame], 1):
-            middle = core.representative_point().coords[0]
-            label = ax.annotate(str(number), middle, ha="center", va="center", fontsize=9, zorder=6)
-            label.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
+        _write_numbers(world, ax)
     ax.autoscale_view()
     return ax
 
 
-def plot_segments(segments, ax=None, lengths=False):
+def _write_numbers(world, ax):
+    """Each obstacle's number: on it, and beside a small disc, on the side away from the others."""
+    # The boundary has no number.
+    cores = world.cores[: world.frame]
+    if not len(cores):
+        return
+    middles = shapely.get_coordinates(shapely.point_on_surface(cores))
+    low, high = np.reshape(shapely.total_bounds(cores), (2, 2))
+    radii = world.radii[: world.frame]
+    extent = (high - low).max() + 2 * radii.max()
+    for number, (middle, radius) in enumerate(zip(middles, radii, strict=True), 1):
+        # A polygon's core is all of it, and has room.
+        small = 0 < radius < ROOM * extent
+        away = unit(angle_of(middle - (low + high) / 2)) if small else np.zeros(2)
+        ax.annotate(
+            str(number),
+            middle + radius * away,
+            8 * away,
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=9,
+            zorder=6,
+            path_effects=HALO,
+        )
+
+
+def plot_segments(segments, ax=None, lengths=False, names=False):
     """Free segments: safe ones solid, danger ones dashed.
 
     Parameters
@@ -101,14 +131,17 @@ def plot_segments(segments, ax=None, lengths=False):
     ax : matplotlib Axes, optional
         Where to draw.
     lengths : bool, optional
-        Whether to write each length (mm) beside its segment.
+        Whether to write each length (mm) on its segment.
+    names : bool, optional
+        Whether to name the ends as the paper does: those of the first segment
+        p2 and p3, of the second p4 and p5.
 
     Returns
     -------
     matplotlib Axes
     """
     segments = checks.instances("segments", segments, FreeSegment, "FreeSegments")
-    lengths = checks.flag("lengths", lengths)
+    lengths, names = checks.flag("lengths", lengths), checks.flag("names", names)
     ax = map_axes(ax)
     for kind, dashes in (("safe", "-"), ("danger", (0, (3, 2)))):
         some = [segment for segment in segments if segment.safe == (kind == "safe")]
@@ -120,16 +153,45 @@ def plot_segments(segments, ax=None, lengths=False):
         style = {"color": PALETTE[kind], "ls": dashes, "lw": 2, "marker": "o", "ms": 3}
         ax.plot(*ends.reshape(-1, 2).T, **style, zorder=3, label=f"{kind} segment")
         for segment in some if lengths else ():
-            ax.annotate(
-                f"{1000 * segment.length:.0f}",
-                segment.ends.mean(0),
-                ha="center",
-                va="center",
-                fontsize=8,
-                color=PALETTE[kind],
-                bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.85},
-                zorder=5,
-            )
+            middle, text = segment.ends.mean(0), f"{1000 * segment.length:.0f}"
+            style = {"ha": "center", "va": "center", "fontsize": 9, "path_effects": HALO}
+            ax.annotate(text, middle, color=PALETTE[kind], **style, zorder=5)
+    for number, segment in enumerate(segments if names else (), 1):
+        _name_ends(number, segment.ends, ax)
+    return ax
+
+
+def _name_ends(number, ends, ax):
+    """The paper's names of both ends of a segment, beside it."""
+    across = unit(angle_of(ends[1] - ends[0]))
+    for k, (end, along) in enumerate(zip(ends, (across, -across), strict=True)):
+        shift = 7 * along + 8 * np.array([across[1], -across[0]])
+        style = {"ha": "center", "va": "center", "fontsize": 9, "path_effects": HALO}
+        text = f"$p_{{{2 * number + k}}}$"
+        ax.annotate(text, end, shift, textcoords="offset points", **style, zorder=5)
+
+
+def plot_endpoints(endpoints, ax=None):
+    """Endpoints: filled at the ends of safe segments, hollow where they face no neighbour.
+
+    Parameters
+    ----------
+    endpoints : sequence of Endpoint
+        From `find_endpoints`.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    endpoints = checks.instances("endpoints", endpoints, Endpoint, "Endpoints")
+    ax = map_axes(ax)
+    for label, outer in (("end of a safe segment", False), ("outer endpoint", True)):
+        points = [end.point for end in endpoints if (end.segment is None) == outer]
+        if points:
+            style = {"mfc": "white" if outer else PALETTE["turning"], "mec": "black", "mew": 0.8}
+            ax.plot(*np.transpose(points), "o", **style, ms=4.5, zorder=5, label=label)
     return ax
 
 
