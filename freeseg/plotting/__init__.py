@@ -7,7 +7,9 @@ world or no position, `InvalidQuery`.
 """
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
-from freeseg.plotting.plans import plot_plan, plot_step
+from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
+from freeseg.plotting.minima import plot_free_space, plot_potential
+from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.runs import (
     animate,
     draw_robot,
@@ -32,18 +34,24 @@ __all__ = [
     "count_in_degrees",
     "count_in_mm",
     "draw_robot",
+    "legend_below",
     "map_axes",
     "move_robot",
     "plot_band",
     "plot_circle",
     "plot_errors",
+    "plot_free_space",
     "plot_group",
     "plot_path",
     "plot_plan",
+    "plot_potential",
     "plot_query",
+    "plot_repairs",
     "plot_segments",
     "plot_step",
     "plot_tracking",
     "plot_wheels",
     "plot_world",
+    "sketch_danger",
+    "sketch_loop",
 ]
