@@ -31,8 +31,6 @@ LONG = {
     "01_model_the_robot",
     "02_find_free_segments",
     "03_choose_the_turning_point",
-    "04_resolve_collisions",
-    "05_escape_local_minima",
     "07_reproduce_the_navigation",
     "14_scale_the_planner",
     "18_plan_in_your_own_map",

@@ -16,6 +16,9 @@ GRID = 150
 #: of the map that is so high, near obstacles, that contours would only blacken it.
 LEVELS, SUMMITS = 24, 0.2
 
+#: Least space to draw round what is drawn (m).
+PAD = 0.05
+
 
 def plot_potential(potential, world, limits, ax=None):
     """Contours of a potential field, dark where it is high, and its obstacles.
@@ -76,8 +79,9 @@ def plot_free_space(world, goal, clearance, ax=None):
     clearance = checks.not_negative("clearance", clearance)
     grown = shapely.buffer(check_world(world).cores, world.radii + clearance, quad_segs=64)
     # Wide enough to drive round everything.
-    around = shapely.MultiPoint([goal, *shapely.get_coordinates(grown)])
-    room = shapely.box(*around.buffer(max(clearance, 0.05)).bounds)
+    extent = np.vstack([shapely.bounds(grown).reshape(-1, 2), goal])
+    pad = max(clearance, PAD)
+    room = shapely.box(*(extent.min(0) - pad), *(extent.max(0) + pad))
     parts = shapely.get_parts(shapely.difference(room, shapely.union_all(grown)))
     ax = map_axes(ax)
     named = set()

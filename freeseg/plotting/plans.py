@@ -23,7 +23,7 @@ from freeseg.plotting.worlds import (
 from freeseg.world import check_world
 
 #: Half the width of an obstacle that holds its number, as a share of the map's.
-SMALL = 0.04
+SMALL = 0.045
 
 
 def plot_plan(world, plan, ax=None):
