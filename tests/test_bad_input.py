@@ -285,7 +285,7 @@ CALLS = {
     "plot_potential": (
         fs.plotting.plot_potential,
         {
-            "potential": lambda points: points[:, 0],
+            "potential": height,
             "world": WORLD,
             "limits": (0, 1, 0, 1),
             "ax": AX,
@@ -411,7 +411,7 @@ for tracker in TRACKERS:
 CALLS["Lqr.gains"] = fs.Lqr().gains, {"v_r": 0.1, "dt": 0.05}
 
 #: What a function calls.
-CALLED = ("drive", "law"), ("run", "function")
+CALLED = ("drive", "law"), ("run", "function"), ("plot_potential", "potential")
 
 
 def numbers_of(result):

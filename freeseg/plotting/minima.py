@@ -6,12 +6,13 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 
 from freeseg import checks
+from freeseg.errors import InvalidParameter
 from freeseg.plotting.axes import PALETTE, map_axes
 from freeseg.plotting.worlds import plot_world
-from freeseg.world import as_position, check_world
+from freeseg.world import as_points, as_position, check_world
 
 #: Points of the grid on which a potential is drawn, along each side.
-GRID = 150
+MESH_POINTS = 150
 #: Contours of a potential, spread so that as much of the map lies between any two; and the share
 #: of the map that is so high, near obstacles, that contours would only blacken it.
 LEVELS, SUMMITS = 24, 0.2
@@ -43,7 +44,7 @@ def plot_potential(potential, world, limits, ax=None):
     west, east, south, north = checks.numbers("limits", limits, 4)
     points = np.array([[west, south], [east, north]])
     checks.function("potential", potential, "potential(points)", points)
-    x, y = np.meshgrid(np.linspace(west, east, GRID), np.linspace(south, north, GRID))
+    x, y = np.meshgrid(np.linspace(west, east, MESH_POINTS), np.linspace(south, north, MESH_POINTS))
     points = np.column_stack([x.ravel(), y.ravel()])
     height = checks.array("potential(points)", potential(points), (len(points),), unit="any")
     height = height.reshape(x.shape)
@@ -77,6 +78,7 @@ def plot_free_space(world, goal, clearance, ax=None):
     """
     goal = as_position(goal, "goal")
     clearance = checks.not_negative("clearance", clearance)
+    as_points(clearance, "clearance", (), InvalidParameter)
     grown = shapely.buffer(check_world(world).cores, world.radii + clearance, quad_segs=64)
     # Wide enough to drive round everything.
     extent = np.vstack([shapely.bounds(grown).reshape(-1, 2), goal])
