@@ -53,6 +53,7 @@ __version__ = "0.1.0"
 
 #: Where the names are that are imported when first asked for, since they are slow to load.
 _LAZY = {
+    "Explorer": "freeseg.explorer",
     "Mpc": "freeseg.trackers",
     "display": "freeseg.display",
     "maps": "freeseg.maps",
@@ -65,6 +66,7 @@ __all__ = [
     "Arc",
     "Disc",
     "Disturbance",
+    "Explorer",
     "FeedbackLinearisation",
     "FreesegError",
     "Fuzzy",

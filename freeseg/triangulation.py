@@ -118,6 +118,10 @@ def triangulate(world: World) -> Triangulation:
     Triangulation
     """
     points, radii, obstacle, outlines = _place_sites(world)
+    if len(outlines):
+        new, owner, outlines = _split_where_they_meet(points, outlines, world.round_off)
+        points, radii = np.concatenate([points, new]), np.append(radii, np.zeros(len(new)))
+        obstacle = np.append(obstacle, obstacle[owner])
     corners = len(points)
     middle = (points.min(0) + points.max(0)) / 2
     extent = np.ptp(points, axis=0).max()
@@ -159,6 +163,53 @@ def _place_sites(world: World) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.n
     number = np.searchsorted(kept, same)
     outlines = number[np.column_stack([corners, world.following_edge[corners]])]
     return tails[kept], world.radii[owner[kept]], owner[kept], _each_once(outlines)
+
+
+def _split_where_they_meet(
+    points: np.ndarray, outlines: np.ndarray, gap: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Outlines cut where they cross, and where a corner of one lies on another.
+
+    Halving alone would not get there: of two lines that cross, a triangulation
+    without a site at the crossing follows one at most.
+
+    Returns
+    -------
+    new : ndarray, shape (k, 2)
+        Where they cross (m): sites to be counted on from the old ones.
+    owner : ndarray of int, shape (k,)
+        An old site on the outline of each.
+    outlines : ndarray of int, shape (m, 2)
+        Pairs of sites, old and new.
+    """
+    lines = shapely.linestrings(points[outlines])
+    first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=gap)
+    apart = (outlines[first][:, :, None] != outlines[second][:, None]).all((1, 2))
+    first, second = first[apart], second[apart]
+    along = np.diff(points[outlines[first]], axis=1)
+    length = np.hypot(*along[:, 0].T)
+    # Ends of the second line, in the frame of the first: along it and to its left (m).
+    ends = points[outlines[second]] - points[outlines[first, :1]]
+    ahead = (ends * along).sum(2) / length[:, None]
+    left = cross(along, ends) / length[:, None]
+    pair, end = np.nonzero((abs(left) <= gap) & (ahead > gap) & (ahead < length[:, None] - gap))
+
+    beyond = (left.min(1) < -gap) & (left.max(1) > gap)
+    share = left[:, 0] / np.where(beyond, left[:, 0] - left[:, 1], 1)
+    crossed = ahead[:, 0] + share * (ahead[:, 1] - ahead[:, 0])
+    at = np.flatnonzero(beyond & (crossed > gap) & (crossed < length - gap))
+    place = points[outlines[first[at], 0]] + (crossed / length)[at, None] * along[at, 0]
+    number, added = _merge(points, place, gap)
+    whole = np.arange(len(outlines))
+    # Which line, how far along it (m), and the site there; first and last its own ends.
+    edge = np.concatenate([whole, first[pair], first[at], whole])
+    way = np.concatenate([0.0 * whole, ahead[pair, end], crossed[at], np.inf + whole])
+    site = np.concatenate([outlines[:, 0], outlines[second[pair], end], number, outlines[:, 1]])
+    order = np.lexsort([way, edge])
+    edge, site = edge[order], site[order]
+    on = edge[1:] == edge[:-1]
+    split = np.column_stack([site[:-1][on], site[1:][on]])
+    return place[added], outlines[first[at[added]], 0], _each_once(split)
 
 
 def _halfway(points: np.ndarray, tails: np.ndarray, heads: np.ndarray, corners: int) -> np.ndarray:

@@ -17,7 +17,7 @@ import shapely
 import freeseg as fs
 from freeseg import data
 from freeseg.checks import shown
-from freeseg.studies import courses, planning, runner, statistics, tracking, tuning
+from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
 from freeseg.teaching import quietly, variant_seed
 
 # What is compiled is so before a clock runs.
@@ -40,7 +40,7 @@ def height(points):
 
 
 AX = plt.figure().add_subplot()
-DISC, NOSE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
+PLACE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
 
 
 class Unprintable:
@@ -268,6 +268,10 @@ CALLS = {
         fs.plotting.plot_circle,
         {"center": (0, 0), "radius": 0.1, "ax": AX, "color": "red"},
     ),
+    "plot_ranges": (
+        fs.plotting.plot_ranges,
+        {"ranges": {"any": np.ones((7, 2))}, "chosen": np.ones(7), "ax": AX},
+    ),
     "plot_query": (fs.plotting.plot_query, {"start": (0, 0), "goal": (1, 1), "ax": AX}),
     "plot_plan": (fs.plotting.plot_plan, {"world": WORLD, "plan": PLAN, "ax": AX}),
     "plot_band": (fs.plotting.plot_band, {"path": SHORT, "robot": ROBOT, "ax": AX}),
@@ -301,22 +305,57 @@ CALLS = {
         {"world": WORLD, "plan": PLAN, "run": RUN, "ax": AX},
     ),
     "draw_robot": (fs.plotting.draw_robot, {"pose": (0, 0, 0), "robot": ROBOT, "ax": AX}),
-    "move_robot": (
-        fs.plotting.move_robot,
-        {"disc": DISC, "nose": NOSE, "pose": (0, 0, 0)},
+    "move_robot": (fs.plotting.move_robot, {"place": PLACE, "pose": (0, 0, 0)}),
+    "sketch_pose": (fs.plotting.sketch_pose, {"robot": ROBOT, "ax": AX}),
+    "sketch_turn": (fs.plotting.sketch_turn, {"robot": ROBOT, "ax": AX}),
+    "sketch_sum": (fs.plotting.sketch_sum, {"robot": ROBOT, "ax": AX}),
+    "sketch_step": (fs.plotting.sketch_step, {"robot": ROBOT, "ax": AX}),
+    "plot_drive": (
+        fs.plotting.plot_drive,
+        {"right": 0.1, "left": 0.05, "duration": 2, "robot": ROBOT, "ax": AX},
     ),
+    "plot_limits": (fs.plotting.plot_limits, {"robot": ROBOT, "ax": AX}),
+    "plot_run": (fs.plotting.plot_run, {"run": RUN, "ax": AX, "robots": 2}),
     "plot_errors": (fs.plotting.plot_errors, {"run": RUN, "axes": None}),
     "plot_wheels": (fs.plotting.plot_wheels, {"run": RUN, "ax": AX}),
     "animate": (
         fs.plotting.animate,
         {"world": WORLD, "plan": PLAN, "run": RUN, "ax": AX, "frames": 3},
     ),
-    "interval": (statistics.interval, {"values": np.eye(3), "seed": 0}),
+    "interval": (
+        statistics.interval,
+        {"values": np.eye(4), "seed": 0, "studentised": True, "level": 0.9},
+    ),
+    "differences": (
+        statistics.differences,
+        {"values": {"one": np.eye(4), "other": np.ones((4, 4))}, "seed": 0, "level": 0.9},
+    ),
+    "verdict": (statistics.verdict, {"low": -1, "high": 2, "margin": 1}),
+    "order": (
+        statistics.order,
+        {"found": [statistics.Difference("one", "other", 0, -1, 1)], "margin": 1},
+    ),
+    "share": (
+        statistics.share,
+        {"count": 1, "runs": 3, "method": "clopper-pearson", "level": 0.9},
+    ),
+    "sequential": (
+        statistics.sequential,
+        {"values": [0, 1], "bounds": (-1, 1), "margin": 0.1, "level": 0.9},
+    ),
     "separated": (statistics.separated, {"intervals": {"one": (0, 1), "other": (2, 3)}}),
     "run": (
         lambda **given: list(runner.run(**given)),
         {"function": repr, "cases": [[1]], "jobs": 1},
     ),
+    "random_sizes": (
+        sizes.random_sizes,
+        {"count": 1, "shape": "disc", "seed": 0, "margin": 0.005},
+    ),
+    "make_tables": (sizes.make_tables, {"sizes": WORLD.radii, "shape": "disc"}),
+    "try_sizes": (sizes.try_sizes, {"sizes": WORLD.radii, "shape": "disc", "margin": 0.005}),
+    "by_group": (sizes.by_group, {"plan": PLAN}),
+    "senses": (sizes.senses, {"plan": PLAN}),
     "random_case": (planning.random_case, {"seed": 1}),
     "try_rules": (planning.try_rules, {"seed": 1}),
     "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1}),
@@ -488,13 +527,15 @@ def test_every_public_function_is_fed():
         thing = getattr(fs, name)
         is_error = isinstance(thing, type) and issubclass(thing, Exception)
         is_protocol = getattr(thing, "_is_protocol", False)
-        if callable(thing) and not (is_error or is_protocol) and name != "load_cases":
+        takes_something = name not in ("load_cases", "Explorer")
+        if callable(thing) and takes_something and not (is_error or is_protocol):
             assert thing in fed, name
     # What takes many values, or gives an iterator, is fed by a function of its own.
     names = {
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
-    modules = fs.plotting, fs.maps, data, courses, planning, runner, statistics, tracking, tuning
+    modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
+    modules += (tuning,)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

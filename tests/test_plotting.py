@@ -16,6 +16,7 @@ from freeseg.plotting import PALETTE
 
 MINUS = "\N{MINUS SIGN}"
 GROUP = mpl.colors.to_rgba(PALETTE["group"])
+ROBOT = mpl.colors.to_rgb(PALETTE["robot"])
 
 
 @pytest.fixture(autouse=True)
@@ -340,25 +341,39 @@ def test_one_legend_below_names_each_thing_once(world, plan):
     assert legend.get_window_extent().y1 < min(ax.get_tightbbox().y0 for ax in axes)
 
 
-def test_plot_tracking_draws_the_driven_way_and_robots_on_it(world, plan, run, robot, ax):
+def robots_in(ax, robot):
+    """Where robots are drawn, as x, y and heading, one a row."""
+    circles = [patch for patch in ax.patches if isinstance(patch, Circle)]
+    bodies = [patch for patch in circles if patch.get_facecolor()[:3] == ROBOT]
+    assert all(patch.radius == robot.radius for patch in bodies)
+    to_data = [patch.get_data_transform() - ax.transData for patch in bodies]
+    ends = np.array([place.transform([(0, 0), (1, 0)]) for place in to_data]).reshape(-1, 2, 2)
+    ahead = ends[:, 1] - ends[:, 0]
+    return np.column_stack([ends[:, 0], np.arctan2(ahead[:, 1], ahead[:, 0])])
+
+
+def test_plot_tracking_draws_the_driven_path_on_the_planned_one(world, plan, run, robot, ax):
     assert fs.plotting.plot_tracking(world, plan, run, ax) is ax
     assert_map_in_mm(ax)
-    assert_array_equal(line_labelled(ax, "tracked").get_xydata(), run.pose[:2].T)
+    planned, tracked = (line_labelled(ax, label) for label in ("planned path", "tracked"))
+    assert_array_equal(tracked.get_xydata(), run.pose[:2].T)
     assert {"planned path", "tracked", "start", "goal"} <= set(labels(ax))
-    robots = [
-        patch for patch in ax.patches if isinstance(patch, Circle) and patch.radius == robot.radius
-    ]
-    assert len(robots) == 6
-    assert_allclose(robots[-1].center, run.pose[:2, -1])
+    poses = robots_in(ax, robot)
+    assert len(poses) == 6
+    assert_allclose(poses[[0, -1]], run.pose[:, [0, -1]].T, atol=1e-12)
+    # On top, cased in white, and narrower than what it must not hide.
+    assert tracked.zorder > planned.zorder
+    (casing,) = tracked.get_path_effects()
+    assert casing._gc["foreground"] == "white"
+    assert planned.get_linewidth() > casing._gc["linewidth"] > tracked.get_linewidth()
 
 
-def test_draw_and_move_robot(robot, ax):
-    disc, nose = fs.plotting.draw_robot((0.1, 0.2, np.pi / 2), robot, ax)
-    assert_allclose((*disc.center, disc.radius), (0.1, 0.2, 0.0704))
-    assert_allclose(nose.get_xydata(), [(0.1, 0.2), (0.1, 0.2704)])
-    fs.plotting.move_robot(disc, nose, (0.3, 0.4, 0))
-    assert_allclose(disc.center, (0.3, 0.4))
-    assert_allclose(nose.get_xydata(), [(0.3, 0.4), (0.3704, 0.4)])
+def test_plot_run_draws_as_many_robots_as_asked_for(run, robot, ax):
+    for count in (0, 1, 3):
+        ax.clear()
+        assert fs.plotting.plot_run(run, ax, robots=count) is ax
+        assert len(robots_in(ax, robot)) == count
+        assert labels(ax) == ["tracked"]
 
 
 def test_plot_errors_in_mm_and_degrees(run):
@@ -429,8 +444,41 @@ def test_animation_ends_where_the_robot_does_and_becomes_a_gif(world, plan, run,
     assert (picture.format, picture.n_frames) == ("GIF", 3)
     # What the last frame has left.
     assert_array_equal(line_labelled(ax, "tracked").get_xydata(), run.pose[:2].T)
-    disc = ax.patches[-1]
-    assert_allclose((*disc.center, disc.radius), [*run.pose[:2, -1], robot.radius])
+    assert_allclose(robots_in(ax, robot), [run.pose[:, -1]], atol=1e-12)
+
+
+def test_animation_is_600_pixels_wide_and_shows_the_wheel_speeds(world, plan, run):
+    animation = fs.plotting.animate(world, plan, run, frames=3)
+    assert animation._fig.get_size_inches()[0] * 100 == 600
+    (ax,) = animation._fig.axes
+    (gauge,) = ax.child_axes
+    assert gauge.get_ylabel() == "wheel speed (mm/s)"
+    left, right = gauge.patches
+    assert [text.get_text() for text in gauge.get_xticklabels()] == ["left", "right"]
+    for when in np.linspace(0, len(run.t) - 1, 3).astype(int):
+        animation._func(when)
+        assert [right.get_height(), left.get_height()] == [*run.wheels[:, when]]
+        written = [f"{1000 * speed:.0f}" for speed in run.wheels[::-1, when]]
+        assert [text.get_text() for text in gauge.texts] == [*written, f"{run.t[when]:.1f} s"]
+    low, high = gauge.get_ylim()
+    assert low <= run.wheels.min()
+    assert run.wheels.max() <= high
+    animation._draw_was_started = True  # it was never to be shown
+
+
+def test_no_legend_covers_data(run, ax):
+    fs.plotting.plot_wheels(run, ax)
+    ax.figure.draw_without_rendering()
+    legend = ax.get_legend().get_window_extent()
+    assert ax.transData.transform((0, run.wheels.max()))[1] < legend.y0
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_robot_that_stands_still_is_drawn(robot, ax):
+    still = fs.drive(lambda t, pose: (0, 0), (0, 0, 0), 0.1, 5, robot)
+    fs.plotting.plot_wheels(still, ax)
+    low, high = ax.get_ylim()
+    assert low < 0 < high
 
 
 def test_show_table_is_markdown():

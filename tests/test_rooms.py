@@ -9,7 +9,7 @@ from scipy.spatial import Delaunay
 from worlds import crowded_question, rooms_first
 
 import freeseg as fs
-from freeseg.triangulation import triangulate
+from freeseg.triangulation import RING, triangulate
 
 
 def ask(seed, planner=rooms_first):
@@ -283,3 +283,21 @@ def test_grids_are_planned_like_the_shortest_path(places, start, goal, radius):
     plan = rooms_first(world, *ends, robot, margin)
     assert best.path.length * 0.98 <= plan.path.length < 2 * best.path.length
     assert plan.path.clearance(world) >= robot.radius - 1e-9
+
+
+def test_outlines_that_cross_are_cut_there_once():
+    # A noughts-and-crosses board: four bars, which cross in four places of four points each.
+    bars = [[(0, y), (3, y), (3, y + 0.1), (0, y + 0.1)] for y in (1, 2)]
+    bars += [[(y, x) for x, y in bar] for bar in bars]
+    world = fs.World(list(map(fs.Polygon, bars)))
+    found = triangulate(world)
+    assert len(found.points) == 4 * 4 + 4 * 4 + RING
+    crossed = {
+        (x + dx, y + dy) for x in (1, 2) for y in (1, 2) for dx in (0, 0.1) for dy in (0, 0.1)
+    }
+    for place in crossed:
+        assert np.hypot(*(found.points - place).T).min() < 1e-9
+    # Through the middle room leads no way.
+    with pytest.raises((fs.NoPath, fs.Trapped)):
+        fs.plan_rooms(world, (1.5, 1.5), (5, 5))
+    assert fs.plan_rooms(world, (0.5, 0.5), (0.5, -1)).path.length == pytest.approx(1.5)

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
 from freeseg.errors import InvalidData, InvalidParameter
-from freeseg.studies import courses, statistics, tracking, tuning
+from freeseg.studies import courses, tracking, tuning
 from freeseg.studies.tuning import RANGES, Tuned
 
 TUNED = tuning.load_gains()
@@ -182,33 +182,6 @@ def test_gains_that_no_tracker_has_are_refused(tmp_path):
         tuning.load_gains(file)
 
 
-def test_the_interval_covers_the_mean_about_as_often_as_it_says():
-    # Runs that depend on the course, on the robot and on chance.
-    rng = np.random.default_rng(8)
-    covered = 0
-    for trial in range(200):
-        values = rng.normal(0, 1, (14, 1)) + rng.normal(0, 0.5, (1, 8)) + rng.normal(0, 1, (14, 8))
-        low, high = statistics.interval(values, trial)
-        covered += low <= 0 <= high
-    # 95 %, give or take three standard deviations of that many trials.
-    assert 0.9 < covered / 200 < 0.995
-
-
-@pytest.mark.parametrize("values", [1, [1, 2, 3], [[1, 2]], [[1], [2]], [[1, np.nan], [1, 2]]])
-def test_too_few_numbers_are_refused(values):
-    with pytest.raises(InvalidParameter, match=r"two courses|expected n x n|must be finite"):
-        statistics.interval(values)
-
-
-def test_equal_runs_have_no_interval():
-    assert statistics.interval(np.full((5, 3), 2.0)) == (2, 2)
-
-
-def test_intervals_that_overlap_are_not_ranked():
-    intervals = {"a": (1, 2), "b": (1.5, 3), "c": (2.5, 4), "d": (3, 5)}
-    assert statistics.separated(intervals) == [("a", "c"), ("a", "d")]
-
-
 def test_what_a_study_is_given_wrongly_is_named():
     course, offsets = courses.paper_courses()[1], np.zeros((3, 2))
     for call, named in (
@@ -222,9 +195,6 @@ def test_what_a_study_is_given_wrongly_is_named():
         (lambda: tracking.drive_course(fs.Mpc(), course, offsets, "0"), "seed is"),
         (lambda: tracking.evaluate(fs.Pid(), course, offsets, 0), "courses is"),
         (lambda: tracking.evaluate(fs.Pid(), [], offsets, 0), "courses is"),
-        (lambda: statistics.separated({"one": (0, 1, 2)}), "interval of 'one' is"),
-        (lambda: statistics.separated({"one": (1, 0)}), "give the lower end first"),
-        (lambda: statistics.separated([(0, 1)]), "intervals is"),
         (lambda: tuning.tune("Pid", 0, 10**400), "budget is"),
     ):
         with pytest.raises(fs.InvalidParameter, match=named):

@@ -10,14 +10,18 @@ from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_ax
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
-from freeseg.plotting.runs import (
-    animate,
+from freeseg.plotting.robots import (
     draw_robot,
     move_robot,
-    plot_errors,
-    plot_tracking,
-    plot_wheels,
+    plot_drive,
+    plot_limits,
+    sketch_pose,
+    sketch_step,
+    sketch_sum,
+    sketch_turn,
 )
+from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
+from freeseg.plotting.sizes import plot_ranges
 from freeseg.plotting.worlds import (
     plot_band,
     plot_circle,
@@ -39,14 +43,18 @@ __all__ = [
     "move_robot",
     "plot_band",
     "plot_circle",
+    "plot_drive",
     "plot_errors",
     "plot_free_space",
     "plot_group",
+    "plot_limits",
     "plot_path",
     "plot_plan",
     "plot_potential",
     "plot_query",
+    "plot_ranges",
     "plot_repairs",
+    "plot_run",
     "plot_segments",
     "plot_step",
     "plot_tracking",
@@ -54,4 +62,8 @@ __all__ = [
     "plot_world",
     "sketch_danger",
     "sketch_loop",
+    "sketch_pose",
+    "sketch_step",
+    "sketch_sum",
+    "sketch_turn",
 ]

@@ -224,7 +224,9 @@ def plot_band(path, robot, ax):
     """
     checks.instance("path", path, Path, "a Path, such as plan.path")
     robot, ax = as_robot(robot), check_axes(ax)
-    outline = shapely.LineString(trace(path).T).buffer(robot.radius).exterior
+    band = shapely.LineString(trace(path).T).buffer(robot.radius)
+    # Fewer corners are drawn sooner, and look the same.
+    outline = band.exterior.simplify(robot.radius / 1000)
     ax.fill(
         *outline.xy, color=PALETTE["robot"], alpha=0.25, lw=0, zorder=1, label="swept by the robot"
     )
