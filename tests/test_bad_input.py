@@ -34,6 +34,12 @@ CHAIN = fs.free_segments(WORLD)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 ROBOT = fs.KheperaIV()
+
+
+def height(points):
+    return points[:, 0]
+
+
 AX = plt.figure().add_subplot()
 PLACE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
 
@@ -295,6 +301,26 @@ CALLS = {
         fs.plotting.plot_step,
         {"world": WORLD, "plan": PLAN, "step": PLAN.steps[-1], "ax": AX},
     ),
+    "legend_below": (fs.plotting.legend_below, {"figure": AX.figure, "ncols": 4}),
+    "sketch_danger": (
+        fs.plotting.sketch_danger,
+        {"distance": 0.03, "robot": ROBOT, "ax": AX, "endpoint": 0.1},
+    ),
+    "sketch_loop": (fs.plotting.sketch_loop, {"ax": AX}),
+    "plot_repairs": (fs.plotting.plot_repairs, {"plans": {"one": PLAN}, "ax": AX}),
+    "plot_potential": (
+        fs.plotting.plot_potential,
+        {
+            "potential": height,
+            "world": WORLD,
+            "limits": (0, 1, 0, 1),
+            "ax": AX,
+        },
+    ),
+    "plot_free_space": (
+        fs.plotting.plot_free_space,
+        {"world": WORLD, "goal": (1, 1), "clearance": 0.07, "ax": AX},
+    ),
     "plot_group": (fs.plotting.plot_group, {"world": WORLD, "group": (0, 1), "ax": AX}),
     "plot_tracking": (
         fs.plotting.plot_tracking,
@@ -459,7 +485,7 @@ for tracker in TRACKERS:
 CALLS["Lqr.gains"] = fs.Lqr().gains, {"v_r": 0.1, "dt": 0.05}
 
 #: What a function calls.
-CALLED = ("drive", "law"), ("run", "function")
+CALLED = ("drive", "law"), ("run", "function"), ("plot_potential", "potential")
 
 
 def numbers_of(result):

@@ -28,8 +28,6 @@ FILES = every_notebook()
 LESSONS = lessons()
 #: Their rewriting is still to come.
 LONG = {
-    "04_resolve_collisions",
-    "05_escape_local_minima",
     "14_scale_the_planner",
     "18_plan_in_your_own_map",
     "08_derive_the_sliding_mode_law",

@@ -323,13 +323,19 @@ def test_plot_step_draws_its_candidates_and_its_choice(world, plan, ax):
     assert step.chosen
     assert fs.plotting.plot_step(world, plan, step, ax) is ax
     assert_map_in_mm(ax)
-    assert ax.get_title() == step.kind
-    chosen = line_labelled(ax, "turning point")
+    assert ax.get_title() == f"step 1: {step.kind}"
+    chosen = line_labelled(ax, "turning point chosen")
     assert_allclose(chosen.get_xydata(), [step.chosen.endpoint.point])
     way = line_labelled(ax, "path after this step").get_xydata()
     assert_allclose(way, step.path.sample(0.002))
-    points = {tuple(line.get_xydata()[0]) for line in ax.lines if line.get_marker() == "o"}
-    assert {tuple(candidate.endpoint.point) for candidate in step.candidates} <= points
+    # All of them, and told by their shape from the one chosen.
+    candidates = line_labelled(ax, "candidate")
+    points = [candidate.endpoint.point for candidate in step.candidates]
+    assert_allclose(candidates.get_xydata(), points)
+    assert len(points) > 1
+    assert candidates.get_marker() != chosen.get_marker()
+    assert candidates.get_color() != chosen.get_color()
+    assert candidates.get_markersize() < chosen.get_markersize()
 
 
 def test_plot_step_marks_what_blocked_the_leg_and_the_path_before(world, plan, ax):
@@ -362,8 +368,32 @@ def test_plot_step_fills_a_group(ax):
 
 def test_plot_step_of_the_straight_way_has_no_turning_point(world, plan, ax):
     fs.plotting.plot_step(world, plan, plan.steps[0], ax)
-    assert ax.get_title() == "straight"
-    assert not {"turning point", "path before", "blocking obstacle"} & set(labels(ax))
+    assert ax.get_title() == "step 0: straight"
+    assert not {"turning point chosen", "candidate", "path before", "blocking obstacle"} & set(
+        labels(ax)
+    )
+
+
+def test_plot_step_writes_numbers_inside_of_large_obstacles_and_beside_small_ones(ax):
+    world = fs.World([fs.Disc((0.5, 0), 0.1), fs.Disc((0.5, 0.5), 0.01)])
+    plan = fs.plan(world, (0, 0), (1, 0))
+    fs.plotting.plot_step(world, plan, plan.steps[-1], ax)
+    assert [text.get_text() for text in ax.texts] == ["1", "2"]
+    assert_allclose([text.xy for text in ax.texts], [(0.5, 0), (0.51, 0.5)])
+    assert [text.get_ha() for text in ax.texts] == ["center", "left"]
+
+
+def test_one_legend_below_names_each_thing_once(world, plan):
+    figure, axes = plt.subplots(1, 2, layout="constrained")
+    for ax, step in zip(axes, plan.steps, strict=False):
+        fs.plotting.plot_step(world, plan, step, ax)
+    legend = fs.plotting.legend_below(figure)
+    named = [text.get_text() for text in legend.get_texts()]
+    assert len(named) == len(set(named))
+    assert set(named) == set(labels(axes[0])) | set(labels(axes[1]))
+    figure.canvas.draw()
+    # It hides nothing.
+    assert legend.get_window_extent().y1 < min(ax.get_tightbbox().y0 for ax in axes)
 
 
 def robots_in(ax, robot):

@@ -7,7 +7,9 @@ world or no position, `InvalidQuery`.
 """
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
-from freeseg.plotting.plans import plot_plan, plot_step
+from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
+from freeseg.plotting.minima import plot_free_space, plot_potential
+from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.robots import (
     draw_robot,
     move_robot,
@@ -44,6 +46,7 @@ __all__ = [
     "count_in_degrees",
     "count_in_mm",
     "draw_robot",
+    "legend_below",
     "map_axes",
     "move_robot",
     "plot_band",
@@ -55,12 +58,15 @@ __all__ = [
     "plot_drive",
     "plot_endpoints",
     "plot_errors",
+    "plot_free_space",
     "plot_group",
     "plot_limits",
     "plot_path",
     "plot_plan",
+    "plot_potential",
     "plot_query",
     "plot_ranges",
+    "plot_repairs",
     "plot_round",
     "plot_run",
     "plot_segments",
@@ -68,7 +74,9 @@ __all__ = [
     "plot_tracking",
     "plot_wheels",
     "plot_world",
+    "sketch_danger",
     "sketch_literal_circle",
+    "sketch_loop",
     "sketch_pose",
     "sketch_segment",
     "sketch_step",

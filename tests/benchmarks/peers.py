@@ -98,7 +98,7 @@ class Task:
 
 
 def make_task(n, seed, shape):
-    """World number `seed` of n obstacles of a shape and two queries; None where there is no path."""
+    """World number `seed` of n obstacles with two queries, or None where one has no path."""
     world = fs.random_world(n, seed, (shape,))
     polygons = merged_polygons(world)
     obstacle = shapely.multipolygons(polygons)
