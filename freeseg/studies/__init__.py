@@ -2,9 +2,22 @@
 
 `planning` compares planners, `sizes` what each set of obstacle sizes would conclude;
 `courses`, `tracking` and `tuning` compare trackers;
-`statistics` gives intervals, and `runner` uses all cores.
+`statistics` gives intervals, and `runner`, with `run`, `load` and `replay`, uses all cores
+and survives.
 """
 
 from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
+from freeseg.studies.runner import load, replay, run
 
-__all__ = ["courses", "planning", "runner", "sizes", "statistics", "tracking", "tuning"]
+__all__ = [
+    "courses",
+    "load",
+    "planning",
+    "replay",
+    "run",
+    "runner",
+    "sizes",
+    "statistics",
+    "tracking",
+    "tuning",
+]

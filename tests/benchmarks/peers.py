@@ -33,7 +33,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from importlib import metadata
 
 import numpy as np
@@ -43,6 +43,7 @@ import freeseg as fs
 from freeseg.data import write_csv
 from freeseg.geometry import cross, unit
 from freeseg.segments import MARGIN
+from freeseg.studies import runner
 
 #: Clearance (m) that a legal path has at least, and that planners are to keep.
 R_R = fs.KheperaIV().radius
@@ -431,15 +432,25 @@ def run(sizes, worlds):
         # Imports and Numba's compilation are not measured.
         measure(PLANNERS[name].prepare, warm_up, Tally())
     tallies = {(n, name): Tally() for n in sizes for name in present if n <= PLANNERS[name].most}
-    for number, n in itertools.product(range(worlds), sizes):
-        if (task := make_task(n, seed=number + 1)) is None:
-            continue
-        for name in present[number % len(present) :] + present[: number % len(present)]:
-            if (n, name) in tallies:
-                measure(PLANNERS[name].prepare, task, tallies[n, name])
-        if sys.stderr.isatty():
-            print(f"world {number + 1} of {worlds}, {n} discs", file=sys.stderr)
+    cases = list(itertools.product(range(worlds), sizes))
+    # One after the other: two at once would slow each other down.
+    for row in runner.run(functools.partial(take_turns, present), cases, jobs=1, strict=True):
+        tally = tallies[row["n"], row["planner"]]
+        for one in fields(Tally):
+            values = getattr(tally, one.name)
+            (values.update if one.name == "wrong" else values.extend)(row[one.name])
     return tallies
+
+
+def take_turns(present, case, _):
+    """What every planner did on one world, the case (number, n): a row each."""
+    number, n = case
+    if (task := make_task(n, seed=number + 1)) is None:
+        return
+    for name in present[number % len(present) :] + present[: number % len(present)]:
+        if n <= PLANNERS[name].most:
+            measure(PLANNERS[name].prepare, task, tally := Tally())
+            yield {"n": n, "planner": name} | asdict(tally) | {"wrong": [*tally.wrong.elements()]}
 
 
 def show(tallies):

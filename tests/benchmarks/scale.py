@@ -16,6 +16,7 @@ from functools import partial
 
 import freeseg as fs
 from freeseg.data import DATA, write_csv
+from freeseg.studies.runner import COLUMNS, run
 
 ROOMS_FIRST = fs.with_fallback(fs.plan_rooms, fs.shortest_path)
 FILE = DATA / "scale.csv"
@@ -56,6 +57,12 @@ def measure(n, seed):
     }
 
 
+def measure_case(case, _):
+    """Rows on one case, (n, seed): one, or none where there is no path."""
+    row = measure(*case)
+    return [] if row is None else [row]
+
+
 def corner_to_corner(n, repeats):
     """Median time (ms) of the exact planner across a whole world, and how many obstacles matter."""
     times, met = [], []
@@ -83,10 +90,12 @@ def peak_memory(n):
 def main(sizes, file=None):
     """Measure, print medians, and write the rows to a file if one is given."""
     measure(7, 0)  # imports
-    rows = []
-    for n, queries in sizes.items():
-        some = [row for seed in range(queries) if (row := measure(n, seed))]
-        rows += some
+    cases = [(n, seed) for n, queries in sizes.items() for seed in range(queries)]
+    # One after the other: two at once would slow each other down.
+    found = run(measure_case, cases, jobs=1, strict=True)
+    rows = [{k: v for k, v in row.items() if k not in COLUMNS} for row in found]
+    for n in sizes:
+        some = [row for row in rows if row["n"] == n]
         median = {name: statistics.median(row[name] for row in some) for name in some[0]}
         ratio = statistics.median(row["rooms_m"] / row["exact_m"] for row in some)
         print(
