@@ -17,16 +17,16 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
-from concurrent.futures import BrokenExecutor
+from concurrent.futures import BrokenExecutor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
-from functools import partial
+from functools import lru_cache, partial
 from hashlib import blake2b
 from importlib.util import find_spec
 from inspect import isbuiltin, isclass, isfunction
 from itertools import islice
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -374,8 +374,9 @@ def _results(
                 (first, times), *_ = deaths.most_common(1)
                 if times > MOST_DEATHS:
                     raise FreesegError(
-                        f"a worker died {times} times with the cases from {first} on; give it more "
-                        "memory or fewer jobs, or leave out the case that ends it"
+                        f"workers failed {times} times with the cases from {first} on ({error}); "
+                        "give them memory and all that the function imports, or leave out the "
+                        "case that ends them"
                     ) from error
             else:
                 if not chunks.out:
@@ -390,12 +391,54 @@ def _computed(task: _Task, chunks: _Chunks, jobs: int | None) -> Iterable[tuple[
     from joblib import Parallel, delayed
     from joblib.parallel import get_active_backend
 
-    parallel = Parallel(
-        jobs or get_active_backend()[1] or -1, return_as="generator_unordered", batch_size=1
-    )
+    backend, configured = get_active_backend()
+    if hasattr(backend, "client"):
+        _tell_of_losses(backend)
+    parallel = Parallel(jobs or configured or -1, return_as="generator_unordered", batch_size=1)
     chunks.workers = parallel._effective_n_jobs()
-    found: Iterable[tuple[int, Any, float]] = parallel(delayed(task)(*chunk) for chunk in chunks)
-    return found
+    if getattr(backend, "supports_sharedmem", False):
+        return parallel(delayed(task)(*chunk) for chunk in chunks)
+    import cloudpickle
+
+    # As bytes, for what a worker cannot import is then an error of the call, not of the cluster.
+    packed = cloudpickle.dumps(task)
+    return parallel(
+        delayed(_call)(packed, first, cloudpickle.dumps(cases)) for first, cases in chunks
+    )
+
+
+def _call(task: bytes, first: int, cases: bytes) -> tuple[int, Any, float]:
+    """What a task makes of a chunk, in a worker."""
+    return _unpacked(task)(first, pickle.loads(cases))
+
+
+@lru_cache(maxsize=2)
+def _unpacked(task: bytes) -> _Task:
+    """A study's task, which a worker unpacks once."""
+    return pickle.loads(task)
+
+
+def _tell_of_losses(backend: Any) -> None:
+    """Make joblib's Dask backend tell when a task is lost: as it is, it waits for it for ever."""
+    if "submit" in vars(backend):
+        return
+    submit, retrieve = backend.submit, backend.retrieve_result_callback
+
+    def submit_and_tell(batch: Any, callback: Callable[[Any], object]) -> Any:
+        def tell(done: Future[Any]) -> None:
+            if error := done.exception():
+                callback(BrokenExecutor(f"{type(error).__name__}: {error}"))
+
+        future = submit(batch, callback)
+        future.add_done_callback(tell)
+        return future
+
+    def retrieve_or_raise(made: Any) -> Any:
+        if isinstance(made, BrokenExecutor):
+            raise made
+        return retrieve(made)
+
+    backend.submit, backend.retrieve_result_callback = submit_and_tell, retrieve_or_raise
 
 
 @contextmanager
@@ -463,6 +506,8 @@ def _plain(value: Any) -> Any:
         return {"of": value.func, "arguments": value.args, "parameters": value.keywords}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
+    if isinstance(value, PurePath):
+        return str(value)
     if isclass(value) or isfunction(value) or isbuiltin(value):
         name = f"{value.__module__}.{value.__qualname__}"
         # What was made inside of a function may know more than its name says.

@@ -29,7 +29,6 @@ import gc
 import itertools
 import platform
 import statistics
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
