@@ -44,7 +44,10 @@ LAYERS = [
 RESERVED = {
     "casadi": "freeseg.trackers.mpc",
     "control": None,
+    "distributed": None,
     "joblib": "freeseg.studies.runner",
+    "pyarrow": "freeseg.studies.runner",
+    "tqdm": "freeseg.studies.runner",
     "numba": "freeseg.planners.route",
     "IPython": "freeseg.display",
     "PIL": "freeseg.maps",

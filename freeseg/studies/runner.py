@@ -153,7 +153,7 @@ def run(
         ):
             name = f"{first:012d}-{first + len(chunks.out[first]):012d}-{_hash(content)}.parquet"
             _write(folder / name, content)
-    batches = load(folder).to_batches()
+    batches = load(folder).to_batches() if chunks.number else ()
     return (row for batch in batches for row in batch.to_pylist())
 
 
@@ -328,10 +328,7 @@ class _Chunks:
             elif cases:
                 yield first, cases
             elif self.done:
-                raise InvalidData(
-                    f"{self.done[0].path} holds more than the {first} cases that there are; give "
-                    "all cases that the study had, or a store of its own"
-                )
+                self.done[0].check(cases)
             else:
                 return
 
@@ -470,7 +467,12 @@ class _Chunk(NamedTuple):
         return parquet.read_schema(self.path)
 
     def check(self, cases: list[Any]) -> None:
-        """Raise `InvalidData` where these are other cases than the stored ones."""
+        """Raise `InvalidData` where these are other cases than the stored ones, or fewer."""
+        if len(cases) < self.end - self.first:
+            raise InvalidData(
+                f"{self.path} holds cases up to number {self.end - 1}, more than there are; give "
+                "all that the study had, or a store of its own"
+            )
         if self.schema.metadata[b"cases_hash"].decode() != _hash(_as_json("cases", cases)):
             raise InvalidData(
                 f"{self.path} holds other cases than those from {self.first} to {self.end - 1}; "
