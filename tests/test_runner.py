@@ -3,6 +3,7 @@
 import os
 import pickle
 import random
+import re
 import resource  # noqa: F401 - the scripts below use it
 import signal
 import subprocess
@@ -84,16 +85,16 @@ def test_rows_come_in_order_with_their_seeds(tmp_path):
         assert row["case_seed"] == seed == studies.runner.case_seed(SEED, row["case"])
         number = np.random.default_rng(seed).normal()
         assert row["number"] in (number, None)
-        assert row["error"] == (f"NoPath: none for {number}" if row["case"] == 5 else None)
+        assert row["failure"] == (f"NoPath: none for {number}" if row["case"] == 5 else None)
     assert studies.run(draw, [], jobs=1) == list(studies.run(draw, [], tmp_path)) == []
 
 
 def test_a_failing_case_is_run_again_alone(tmp_path):
     rows = list(studies.run(draw, iter(range(10)), tmp_path, SEED, jobs=1))
-    (failed,) = (row for row in rows if row["error"])
+    (failed,) = (row for row in rows if row["failure"])
     with pytest.raises(fs.NoPath) as raised:
         studies.replay(tmp_path, failed)
-    assert failed["error"] == f"NoPath: {raised.value}"
+    assert failed["failure"] == f"NoPath: {raised.value}"
     assert studies.replay(tmp_path, 3)["number"] == rows[3]["number"]
     with pytest.raises(fs.NoPath, match=str(raised.value)):
         studies.run(draw, range(10), seed=SEED, jobs=1, strict=True)
@@ -280,7 +281,7 @@ def fill(case, seed, folder, full):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a full disk ready")
-def test_a_full_disk_loses_nothing(tmp_path):
+def test_a_full_disk_loses_nothing(expected, tmp_path):
     store = tmp_path / "store"
     study = partial(fill, folder=store, full=tmp_path / "full")
     with pytest.raises(fs.InvalidData, match=r"No space left.*run the study again"):
@@ -359,7 +360,7 @@ def test_what_cannot_be_stored_is_named(tmp_path):
     for row, told in zip(
         in_memory[2:], ("none of them called case", "int", "dict of texts"), strict=True
     ):
-        assert told in row["error"]
+        assert told in row["failure"]
     with pytest.raises(fs.InvalidParameter, match="no record can be kept"):
         studies.run(study, [0], tmp_path / "object", jobs=1)
     with pytest.raises(fs.InvalidParameter, match="no record can be kept"):
@@ -412,6 +413,16 @@ def test_parameters_are_recorded_and_can_be_read(tmp_path):
 
 def ignores(case, seed, parts):
     return {"parts": len(parts)}
+
+
+def test_the_page_s_study_runs(tmp_path):
+    page = (TESTS.parent / "docs" / "from_laptop_to_cluster.md").read_text(encoding="utf-8")
+    study = re.search(r"```python\n(.*?)```", page, re.S)[1].replace("range(1000)", "range(3)")
+    (tmp_path / "study.py").write_text(study)
+    told = {"cwd": tmp_path, "capture_output": True, "text": True, "check": True}
+    done = subprocess.run([sys.executable, "study.py"], **told)
+    assert "error: [[0.00" in done.stdout
+    assert studies.load(tmp_path / "results" / "pid").to_table()["failure"].null_count == 3
 
 
 # --- how much memory it takes

@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 import warnings
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from concurrent.futures import BrokenExecutor, Future
@@ -52,7 +53,7 @@ MOST_CASES = 50_000
 MOST_DEATHS = 3
 
 #: What every row has, before what the function found.
-COLUMNS = ("case", "case_seed", "error")
+COLUMNS = ("case", "case_seed", "failure")
 
 #: Name of a chunk: its first case, the one after its last, and the hash of its bytes.
 NAME = re.compile(r"(\d{12})-(\d{12})-([0-9a-f]{32})\.parquet")
@@ -105,7 +106,7 @@ def run(
     -------
     iterable of dict
         Rows in the order of the cases: ``case``, its number from 0 on,
-        ``case_seed`` and ``error``, None unless the case failed; then what the
+        ``case_seed`` and ``failure``, None unless the case failed; then what the
         function gave. They are equal for any number of workers.
 
     Raises
@@ -277,7 +278,7 @@ class _Task:
 
     def rows(self, number: int, case: Any) -> list[Row]:
         """Rows of one case."""
-        head: Row = {"case": number, "case_seed": case_seed(self.seed, number), "error": None}
+        head: Row = {"case": number, "case_seed": case_seed(self.seed, number), "failure": None}
         try:
             found = self.function(case, head["case_seed"])
             found = [found] if isinstance(found, Mapping) else list(found)
@@ -290,7 +291,7 @@ class _Task:
         except Exception as error:
             if self.strict:
                 raise
-            return [head | {"error": f"{type(error).__name__}: {error}"[:1000]}]
+            return [head | {"failure": f"{type(error).__name__}: {error}"[:1000]}]
         return [head | dict(row) for row in found]
 
 
@@ -570,24 +571,41 @@ def _resumed(folder: Path, study: dict[str, str]) -> list[_Chunk]:
 
 def _scan(folder: Path) -> tuple[list[_Chunk], list[Path]]:
     """Chunks of a store, in order and none of a case twice; and the files that are damaged."""
-    named = []
+    chunks: list[_Chunk] = []
+    damaged: list[Path] = []
     for path in folder.glob("[!_]*.parquet"):
         if (match := NAME.fullmatch(path.name)) is None:
             raise InvalidData(f"{path} is no chunk of a study; give a folder of its own")
-        named.append((int(match[1]), -int(match[2]), match[3], path))
-    chunks: list[_Chunk] = []
-    damaged: list[Path] = []
-    for first, minus_end, digest, path in sorted(named):
         try:
-            whole = _hash(path.read_bytes()) == digest
+            whole = _hash(path.read_bytes()) == match[3]
         except OSError as error:
             raise InvalidData(f"{path} cannot be read ({error}); make it readable") from error
-        if not whole:
+        if whole:
+            chunks.append(_Chunk(int(match[1]), int(match[2]), path))
+        else:
             damaged.append(path)
-        # Two runs at once may have computed the same cases: their rows are equal.
-        elif not chunks or first >= chunks[-1].end:
-            chunks.append(_Chunk(first, -minus_end, path))
-    return chunks, damaged
+    return _apart(chunks), damaged
+
+
+def _apart(chunks: list[_Chunk]) -> list[_Chunk]:
+    """Chunks in order, no two with the same case, that hold the most cases together.
+
+    Two runs at once may have computed the same cases, and their rows are equal, but not
+    their chunks. Weighted interval scheduling: J. Kleinberg, E. Tardos, "Algorithm
+    Design", 2005, section 6.1.
+    """
+    chunks = sorted(chunks, key=lambda chunk: (chunk.end, chunk.path))
+    ends, most = [chunk.end for chunk in chunks], [0]
+    for first, end, _ in chunks:
+        most.append(max(most[-1], most[bisect_right(ends, first)] + end - first))
+    kept, left = [], len(chunks)
+    while left:
+        if most[left] > most[left - 1]:
+            kept.append(chunks[left - 1])
+            left = bisect_right(ends, kept[-1].first)
+        else:
+            left -= 1
+    return kept[::-1]
 
 
 def _write(path: Path, content: bytes) -> None:
