@@ -15,7 +15,7 @@ import pytest
 import shapely
 
 import freeseg as fs
-from freeseg import data
+from freeseg import data, studies
 from freeseg.checks import shown
 from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
 from freeseg.teaching import quietly, variant_seed
@@ -318,7 +318,7 @@ CALLS = {
     "case_seed": (runner.case_seed, {"seed": 0, "case": 0}),
     # They read what a study has stored.
     "load": (
-        lambda store: runner.run(row_of, [0], store, jobs=1) and runner.load(store),
+        lambda store: runner.run(row_of, [0], store, jobs=1) and studies.load(store),
         {"store": "store"},
     ),
     "replay": (lambda store, row: replayed(store, row), {"store": "store", "row": 0}),

@@ -24,6 +24,7 @@ from pyarrow import parquet
 import freeseg as fs
 from freeseg import studies
 from freeseg.studies import runner
+from freeseg.studies import store as store_module
 from freeseg.triangulation import triangulate
 
 TESTS = Path(__file__).parent
@@ -275,8 +276,8 @@ def fill(case, seed, folder, full):
     """The disk gets full with case 50, once."""
     if case == 50 and not full.exists():
         full.touch()
-        (folder / runner.UNFINISHED).unlink(missing_ok=True)
-        (folder / runner.UNFINISHED).symlink_to("/dev/full")
+        (folder / store_module.UNFINISHED).unlink(missing_ok=True)
+        (folder / store_module.UNFINISHED).symlink_to("/dev/full")
     return draw(case, seed)
 
 
@@ -288,7 +289,7 @@ def test_a_full_disk_loses_nothing(expected, tmp_path):
         studies.run(study, range(200), store, SEED, jobs=1, chunk_time=0.001)
     kept = chunks_of(store)
     assert 0 < studies.load(store).count_rows() <= 50
-    (store / runner.UNFINISHED).unlink()
+    (store / store_module.UNFINISHED).unlink()
     studies.run(study, range(200), store, SEED, jobs=1)
     assert kept.items() <= chunks_of(store).items()
     assert content(store) == expected

@@ -46,7 +46,7 @@ RESERVED = {
     "control": None,
     "distributed": None,
     "joblib": "freeseg.studies.runner",
-    "pyarrow": "freeseg.studies.runner",
+    "pyarrow": "freeseg.studies.store",
     "tqdm": "freeseg.studies.runner",
     "numba": "freeseg.planners.route",
     "IPython": "freeseg.display",

@@ -2,12 +2,13 @@
 
 `planning` compares planners, `sizes` what each set of obstacle sizes would conclude;
 `courses`, `tracking` and `tuning` compare trackers;
-`statistics` gives intervals, and `runner`, with `run`, `load` and `replay`, uses all cores
-and survives.
+`statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
+for `store`, with `load`, keeps the rows.
 """
 
-from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
-from freeseg.studies.runner import load, replay, run
+from freeseg.studies import courses, planning, runner, sizes, statistics, store, tracking, tuning
+from freeseg.studies.runner import replay, run
+from freeseg.studies.store import load
 
 __all__ = [
     "courses",
@@ -18,6 +19,7 @@ __all__ = [
     "runner",
     "sizes",
     "statistics",
+    "store",
     "tracking",
     "tuning",
 ]

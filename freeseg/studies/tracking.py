@@ -17,7 +17,8 @@ from freeseg.geometry import read_only
 from freeseg.reference import SPEED
 from freeseg.simulate import POSE_UNITS, Run, simulate
 from freeseg.studies.courses import DT, HELD_OUT, Course, held_out_courses, spread_offsets
-from freeseg.studies.runner import COLUMNS, run
+from freeseg.studies.runner import run
+from freeseg.studies.store import COLUMNS
 
 #: What disturbs every robot.
 DISTURBANCE = Disturbance(

@@ -89,7 +89,6 @@ def show_steps(steps):
 
 def show_speed_up(cases):
     """Print how much faster two workers are than one."""
-    # One process of its own, too: what is compared is not the cost of sending.
     times = {jobs: [] for jobs in (1, 2)}
     for _ in range(3):
         for jobs, some in times.items():

@@ -16,7 +16,8 @@ from functools import partial
 
 import freeseg as fs
 from freeseg.data import DATA, write_csv
-from freeseg.studies.runner import COLUMNS, run
+from freeseg.studies.runner import run
+from freeseg.studies.store import COLUMNS
 
 ROOMS_FIRST = fs.with_fallback(fs.plan_rooms, fs.shortest_path)
 FILE = DATA / "scale.csv"

@@ -13,8 +13,9 @@ import numpy as np
 
 from freeseg.data import DATA, write_csv
 from freeseg.segments import MARGIN
-from freeseg.studies.runner import COLUMNS, run
+from freeseg.studies.runner import run
 from freeseg.studies.sizes import random_sizes, try_sizes
+from freeseg.studies.store import COLUMNS
 
 FILE = DATA / "sizes.csv"
 

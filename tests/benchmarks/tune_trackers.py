@@ -16,7 +16,8 @@ from itertools import groupby
 from freeseg import trackers
 from freeseg.data import DATA, write_csv
 from freeseg.studies import tracking, tuning
-from freeseg.studies.runner import COLUMNS, run
+from freeseg.studies.runner import run
+from freeseg.studies.store import COLUMNS
 
 FILE = DATA / "gains.csv"
 SEEDS = (0, 1)
