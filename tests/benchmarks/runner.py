@@ -145,7 +145,9 @@ def costs(cases):
         rate = robots / statistics.mean(row["seconds"] for row in rows)
         hours = 1e6 / rate / 3600
         numbers = rate, hours, hours / 2, 60 * hours / 256, CORE_HOUR * hours
-        lines.append(f"| {name} | " + " | ".join(f"{number:,.2g}" for number in numbers) + " |")
+        lines.append(
+            f"| {name} | " + " | ".join(f"{float(f'{number:.2g}'):,g}" for number in numbers) + " |"
+        )
     return "\n".join(lines)
 
 
