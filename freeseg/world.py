@@ -6,9 +6,11 @@ distance to a core less that radius. What lies outside a world's boundary is one
 more obstacle, a frame, so that nothing else need know of boundaries.
 """
 
-from collections.abc import Iterator, Sequence
+import pickle
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 import shapely
@@ -87,6 +89,10 @@ class Disc:
         as_points(radius, what, (), InvalidWorld)
         object.__setattr__(self, "center", center)
         object.__setattr__(self, "radius", radius)
+
+    def __reduce__(self) -> tuple[Callable[..., "Disc"], tuple[Any, ...]]:
+        # Made anew, for arrays that are unpickled can be written to.
+        return Disc, (self.center, self.radius)
 
     @property
     def core(self) -> shapely.Point:
@@ -175,6 +181,9 @@ class Polygon:
                 "holes inside of the outline and apart from each other"
             )
 
+    def __reduce__(self) -> tuple[Callable[..., "Polygon"], tuple[Any, ...]]:
+        return Polygon, (self.vertices, self.holes)
+
     radius = 0.0
 
     @property
@@ -237,6 +246,9 @@ class Frame(Polygon):
         object.__setattr__(self, "vertices", read_only(box))
         object.__setattr__(self, "holes", (read_only(boundary[::-1]),))
 
+    def __reduce__(self) -> tuple[Callable[..., "Frame"], tuple[Any, ...]]:
+        return Frame, (self.boundary,)
+
     @property
     def boundary(self) -> np.ndarray:
         """Corners of the boundary (m), counter-clockwise."""
@@ -292,6 +304,9 @@ class World:
             obstacles = *others, frames[-1]
         object.__setattr__(self, "obstacles", obstacles)
         object.__setattr__(self, "boundary", frames[-1].boundary if frames else None)
+
+    def __reduce__(self) -> tuple[Callable[[bytes], "World"], tuple[bytes]]:
+        return _unpickled, (pickle.dumps(self.obstacles),)
 
     def __len__(self) -> int:
         return len(self.obstacles)
@@ -502,6 +517,16 @@ class World:
                 "empty, such as shapely.Point(x, y), several as an array of shape (k, 1)"
             )
         return distances
+
+
+@lru_cache(maxsize=16)
+def _unpickled(obstacles: bytes) -> World:
+    """The world of pickled obstacles.
+
+    Whenever a process receives it, it is the same object, so that what planners
+    remember of a world is found again.
+    """
+    return World(pickle.loads(obstacles))
 
 
 def _frame(boundary: ArrayLike | Polygon) -> Frame:

@@ -15,7 +15,7 @@ import pytest
 import shapely
 
 import freeseg as fs
-from freeseg import data
+from freeseg import data, studies
 from freeseg.checks import shown
 from freeseg.segments import find_endpoints
 from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
@@ -103,6 +103,17 @@ BAD = {
     "course": COURSE,
     "tuned": tuning.load_gains()["Pid"][0],
 }
+
+
+def row_of(case, seed):
+    """A row of a study."""
+    return {"one": 1.0}
+
+
+def replayed(store, row):
+    """A case of a study that is stored, called again."""
+    runner.run(row_of, [0], store, jobs=1)
+    return runner.replay(store, row)
 
 
 def law(t, pose):
@@ -381,8 +392,24 @@ CALLS = {
     "separated": (statistics.separated, {"intervals": {"one": (0, 1), "other": (2, 3)}}),
     "run": (
         lambda **given: list(runner.run(**given)),
-        {"function": repr, "cases": [[1]], "jobs": 1},
+        {
+            "function": row_of,
+            "cases": [1],
+            "store": "store",
+            "seed": 0,
+            "jobs": 1,
+            "chunk_time": 10,
+            "strict": False,
+            "progress": None,
+        },
     ),
+    "case_seed": (runner.case_seed, {"seed": 0, "case": 0}),
+    # They read what a study has stored.
+    "load": (
+        lambda store: runner.run(row_of, [0], store, jobs=1) and studies.load(store),
+        {"store": "store"},
+    ),
+    "replay": (lambda store, row: replayed(store, row), {"store": "store", "row": 0}),
     "random_sizes": (
         sizes.random_sizes,
         {"count": 1, "shape": "disc", "seed": 0, "margin": 0.005},
@@ -393,7 +420,7 @@ CALLS = {
     "senses": (sizes.senses, {"plan": PLAN}),
     "random_case": (planning.random_case, {"seed": 1}),
     "try_rules": (planning.try_rules, {"seed": 1}),
-    "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1}),
+    "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1, "store": None}),
     "make_course": (
         courses.make_course,
         {"name": "one", **QUERY_ENDS, "speed": 0.1, "planner": fs.shortest_path},

@@ -146,6 +146,27 @@ def test_tracker_steps(capsys):
     assert {"SlidingMode", "Mpc"} < {row[0] for row in rows}
 
 
+def test_runner(capsys, tmp_path):
+    script = load("runner")
+    page = tmp_path / "page.md"
+    page.write_text(script.PAGE.read_text(encoding="utf-8"), encoding="utf-8")
+    script.main(1000, 1000, 4, page)
+    printed = capsys.readouterr().out
+    for line in ("robot-steps, SlidingMode", "robot-steps, Pid", "times as fast", "1,000 rows"):
+        assert line in printed
+    before, after = (file.read_text(encoding="utf-8") for file in (script.PAGE, page))
+    # Only the table is another one, and its numbers belong together.
+    assert before.partition(script.BEGIN)[0] == after.partition(script.BEGIN)[0]
+    assert before.partition(script.END)[2] == after.partition(script.END)[2]
+    rows = [line.split("|")[2:-1] for line in after.splitlines() if line.startswith("| robots")]
+    assert len(rows) == 2
+    for row in rows:
+        rate, hours, on_two, _, euros = (float(number.replace(",", "")) for number in row)
+        assert hours == pytest.approx(1e6 / rate / 3600, rel=0.1)
+        assert on_two == pytest.approx(hours / 2, rel=0.1)
+        assert euros == pytest.approx(script.CORE_HOUR * hours, rel=0.1)
+
+
 def test_maps(capsys):
     load("maps").main(["--quick"])
     rows = capsys.readouterr().out.splitlines()

@@ -34,7 +34,9 @@ SERVER_EXTENSIONS = {
 DIRECT = [
     "build",
     "casadi",
+    "cloudpickle",
     "control",
+    "distributed",
     "hypothesis",
     "ipympl",
     "ipython",
@@ -47,6 +49,7 @@ DIRECT = [
     "numba",
     "numpy",
     "pillow",
+    "pyarrow",
     "pytest",
     "pytest-xdist",
     "pyyaml",
@@ -83,7 +86,9 @@ def pulled_in(names):
     return {name for name, _ in found}
 
 
-@pytest.mark.parametrize("slow", ["IPython", "casadi", "control", "joblib", "matplotlib", "sympy"])
+@pytest.mark.parametrize(
+    "slow", ["IPython", "casadi", "control", "joblib", "matplotlib", "pyarrow", "sympy"]
+)
 def test_importing_freeseg_does_not_import(slow):
     # In a process of its own: here, other tests have imported everything.
     code = f"import freeseg, sys; assert 'numpy' in sys.modules; sys.exit({slow!r} in sys.modules)"

@@ -45,7 +45,10 @@ LAYERS = [
 RESERVED = {
     "casadi": "freeseg.trackers.mpc",
     "control": None,
+    "distributed": None,
     "joblib": "freeseg.studies.runner",
+    "pyarrow": "freeseg.studies.store",
+    "tqdm": "freeseg.studies.runner",
     "numba": "freeseg.planners.route",
     "IPython": "freeseg.display",
     "ipympl": "freeseg.explorer",

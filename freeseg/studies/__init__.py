@@ -2,9 +2,24 @@
 
 `planning` compares planners, `sizes` what each set of obstacle sizes would conclude;
 `courses`, `tracking` and `tuning` compare trackers;
-`statistics` gives intervals, and `runner` uses all cores.
+`statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
+for `store`, with `load`, keeps the rows.
 """
 
-from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
+from freeseg.studies import courses, planning, runner, sizes, statistics, store, tracking, tuning
+from freeseg.studies.runner import replay, run
+from freeseg.studies.store import load
 
-__all__ = ["courses", "planning", "runner", "sizes", "statistics", "tracking", "tuning"]
+__all__ = [
+    "courses",
+    "load",
+    "planning",
+    "replay",
+    "run",
+    "runner",
+    "sizes",
+    "statistics",
+    "store",
+    "tracking",
+    "tuning",
+]

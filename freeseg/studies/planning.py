@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from functools import partial
 from numbers import Integral
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -84,15 +85,22 @@ def try_rules(seed: int) -> dict[str, tuple[float, float]]:
     return found
 
 
-def compare_rules(seeds: Iterable[int], jobs: int = 1) -> list[dict[str, Any]]:
+def _try_rules(seed: int, _: int) -> dict[str, tuple[float, float]]:
+    """As `try_rules`; the seed of the world is the case's, not the runner's."""
+    return try_rules(seed)
+
+
+def compare_rules(
+    seeds: Iterable[int], jobs: int | None = 1, store: str | PathLike[str] | None = None
+) -> list[dict[str, Any]]:
     """Success and length of every rule over random cases.
 
     Parameters
     ----------
     seeds : iterable of int
         One case each.
-    jobs : int, optional
-        Processes; -1 for all cores.
+    jobs, store : optional
+        Processes, and where the cases are kept, see `runner.run`.
 
     Returns
     -------
@@ -111,7 +119,7 @@ def compare_rules(seeds: Iterable[int], jobs: int = 1) -> list[dict[str, Any]]:
         For what are no seeds, or is no number of processes.
     """
     seeds = instances("seeds", seeds, Integral, "whole numbers, one or more")
-    results = list(run(try_rules, seeds, jobs))
+    results = list(run(_try_rules, seeds, store, jobs=jobs, strict=True))
     if not results:
         raise InvalidParameter(f"seeds is {shown(seeds)}; give one or more")
     optimum = np.array([found["exact"][0] for found in results])

@@ -5,6 +5,7 @@ All of the protocol is an assumption, for the paper compares no trackers.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from freeseg.geometry import read_only
 from freeseg.reference import SPEED
 from freeseg.simulate import POSE_UNITS, Run, simulate
 from freeseg.studies.courses import DT, HELD_OUT, Course, held_out_courses, spread_offsets
+from freeseg.studies.runner import run
+from freeseg.studies.store import COLUMNS
 
 #: What disturbs every robot.
 DISTURBANCE = Disturbance(
@@ -95,6 +98,7 @@ def evaluate(
     offsets: np.ndarray,
     seed: int | tuple[int, int],
     disturbance: Disturbance = DISTURBANCE,
+    jobs: int | None = 1,
 ) -> dict[str, np.ndarray]:
     """Numbers of a tracker on courses.
 
@@ -104,6 +108,8 @@ def evaluate(
         As for `drive_course`: the same robots drive on every course.
     courses : sequence of Course
         What to follow.
+    jobs : int, optional
+        Processes, among which the courses are shared out, see `runner.run`.
 
     Returns
     -------
@@ -127,25 +133,36 @@ def evaluate(
     courses = checks.instances("courses", courses, Course, "a list of Courses")
     if not courses:
         raise InvalidParameter("courses is empty; give one or more")
-    rows = []
-    for course in courses:
-        run = drive_course(tracker, course, offsets, seed, disturbance)
-        row = metrics.tracking(run, course.world)
-        forgotten = min(STEADY, course.reference.duration / 2)
-        steady = metrics.tracking(run, since=forgotten)
-        row["transient_rms_m"] = metrics.tracking(run, until=forgotten)["position_rms_m"]
-        row["steady_cross_rms_m"] = steady["cross_track_rms_m"]
-        row["steady_along_rms_m"] = steady["along_track_rms_m"]
-        row["steady_heading_rms_rad"] = steady["heading_rms_rad"]
-        needless = np.maximum(row["wheel_variation_m_s"] - course.variation, 0)
-        row["roughness_m_s2"] = needless / course.reference.duration
-        row["score_m"] = row["position_rms_m"] + ROUGHNESS * row["roughness_m_s2"]
-        row["score_m"] += COLLISION * (row["clearance_m"] < run.robot.radius)
-        rows.append(row)
-    return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    drive = partial(_drive, tracker, offsets, seed, disturbance)
+    rows = list(run(drive, courses, jobs=jobs, strict=True))
+    return {name: np.stack([row[name] for row in rows]) for name in rows[0] if name not in COLUMNS}
 
 
-def held_out(tracker: Any, speed: float = SPEED) -> dict[str, np.ndarray]:
+def _drive(
+    tracker: Any,
+    offsets: np.ndarray,
+    seed: int | tuple[int, int],
+    disturbance: Disturbance,
+    course: Course,
+    _: int,
+) -> dict[str, Any]:
+    """Numbers of a tracker on one course; its robots have the same seed on every one."""
+    driven = drive_course(tracker, course, offsets, seed, disturbance)
+    row = metrics.tracking(driven, course.world)
+    forgotten = min(STEADY, course.reference.duration / 2)
+    steady = metrics.tracking(driven, since=forgotten)
+    row["transient_rms_m"] = metrics.tracking(driven, until=forgotten)["position_rms_m"]
+    row["steady_cross_rms_m"] = steady["cross_track_rms_m"]
+    row["steady_along_rms_m"] = steady["along_track_rms_m"]
+    row["steady_heading_rms_rad"] = steady["heading_rms_rad"]
+    needless = np.maximum(row["wheel_variation_m_s"] - course.variation, 0)
+    row["roughness_m_s2"] = needless / course.reference.duration
+    row["score_m"] = row["position_rms_m"] + ROUGHNESS * row["roughness_m_s2"]
+    row["score_m"] += COLLISION * (row["clearance_m"] < driven.robot.radius)
+    return row
+
+
+def held_out(tracker: Any, speed: float = SPEED, jobs: int | None = 1) -> dict[str, np.ndarray]:
     """Numbers on the courses that no search sees, see `evaluate`."""
     offsets = spread_offsets(HELD_OUT["robots"], HELD_OUT["seed"])
-    return evaluate(tracker, held_out_courses(speed), offsets, HELD_OUT["seed"])
+    return evaluate(tracker, held_out_courses(speed), offsets, HELD_OUT["seed"], jobs=jobs)

@@ -30,11 +30,10 @@ import gc
 import itertools
 import platform
 import statistics
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from importlib import metadata
 
 import numpy as np
@@ -45,6 +44,7 @@ import freeseg as fs
 from freeseg.data import write_csv
 from freeseg.geometry import cross
 from freeseg.segments import MARGIN
+from freeseg.studies import runner
 
 #: Clearance (m) that a legal path has at least, and that planners are to keep.
 R_R = fs.KheperaIV().radius
@@ -458,15 +458,26 @@ def run(sizes, worlds):
         for name in present
         if n <= PLANNERS[name].most
     }
-    for number, shape, n in itertools.product(range(worlds), SHAPES, sizes):
-        if (task := make_task(n, number + 1, shape)) is None:
-            continue
-        for name in present[number % len(present) :] + present[: number % len(present)]:
-            if (shape, n, name) in tallies:
-                measure(PLANNERS[name].prepare, task, tallies[shape, n, name])
-        if sys.stderr.isatty():
-            print(f"world {number + 1} of {worlds}, {n} {shape}s", file=sys.stderr)
+    cases = list(itertools.product(range(worlds), SHAPES, sizes))
+    # One after the other: two at once would slow each other down.
+    for row in runner.run(functools.partial(take_turns, present), cases, jobs=1, strict=True):
+        tally = tallies[row["shape"], row["n"], row["planner"]]
+        for one in fields(Tally):
+            values = getattr(tally, one.name)
+            (values.update if one.name == "wrong" else values.extend)(row[one.name])
     return tallies
+
+
+def take_turns(present, case, _):
+    """What every planner did on one world, the case (number, shape, n): a row each."""
+    number, shape, n = case
+    if (task := make_task(n, number + 1, shape)) is None:
+        return
+    for name in present[number % len(present) :] + present[: number % len(present)]:
+        if n <= PLANNERS[name].most:
+            measure(PLANNERS[name].prepare, task, tally := Tally())
+            found = asdict(tally) | {"wrong": [*tally.wrong.elements()]}
+            yield {"shape": shape, "n": n, "planner": name} | found
 
 
 def show(tallies):

@@ -3,7 +3,7 @@
 Prints the table of `freeseg.studies.planning.compare_rules` over 20 000 random worlds of
 up to 60 obstacles and stores it in ``data/random_worlds.csv``, which the notebook
 on scale shows. Takes some ten minutes on two cores; with a number of worlds it
-prints only.
+prints only, and with a folder after it the worlds that are done are kept there.
 """
 
 import sys
@@ -18,9 +18,9 @@ WORLDS = 20_000
 SAMPLE = 120
 
 
-def main(worlds, file=None):
+def main(worlds, store=None, file=None):
     """Print the table, and write it to a file if one is given."""
-    rows = compare_rules(range(SAMPLE), jobs=-1) + compare_rules(range(worlds), jobs=-1)
+    rows = compare_rules(range(SAMPLE), None) + compare_rules(range(worlds), None, store)
     for row in rows:
         print(
             ", ".join(
@@ -33,4 +33,4 @@ def main(worlds, file=None):
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1])) if len(sys.argv) > 1 else main(WORLDS, FILE)
+    main(int(sys.argv[1]), *sys.argv[2:]) if len(sys.argv) > 1 else main(WORLDS, file=FILE)

@@ -17,6 +17,8 @@ from itertools import product
 
 import freeseg as fs
 from freeseg.data import DATA, write_csv
+from freeseg.studies.runner import run
+from freeseg.studies.store import COLUMNS
 
 ROOMS_FIRST = fs.with_fallback(fs.plan_rooms, fs.shortest_path)
 SHAPES = "disc", "polygon"
@@ -63,6 +65,13 @@ def measure(n, seed, shape):
     }
 
 
+def measure_case(case, _):
+    """Rows on one case, (shape, n, seed): one, or none where there is no path."""
+    shape, n, seed = case
+    row = measure(n, seed, shape)
+    return [] if row is None else [row]
+
+
 def corner_to_corner(n, repeats):
     """Median time (ms) of the exact planner across a whole world, and how many obstacles matter."""
     times, met = [], []
@@ -89,17 +98,22 @@ def peak_memory(n):
 
 def main(sizes, file=None):
     """Measure, print medians, and write the rows to a file if one is given."""
-    rows = []
-    for shape, n in product(SHAPES, sizes):
+    for shape in SHAPES:
         # Imports, and what is compiled, do not count.
-        measure(n, 10_000, shape)
-        some = [row for seed in range(sizes[n]) if (row := measure(n, seed, shape))]
-        rows += some
-        median = {
-            name: statistics.median(row[name] for row in some)
-            for name in some[0]
-            if name != "shape"
-        }
+        measure(100, 10_000, shape)
+    cases = [
+        (shape, n, seed)
+        for shape in SHAPES
+        for n, queries in sizes.items()
+        for seed in range(queries)
+    ]
+    # One after the other: two at once would slow each other down.
+    found = run(measure_case, cases, jobs=1, strict=True)
+    rows = [{k: v for k, v in row.items() if k not in COLUMNS} for row in found]
+    for shape, n in product(SHAPES, sizes):
+        some = [row for row in rows if (row["shape"], row["n"]) == (shape, n)]
+        numbers = [name for name in some[0] if name != "shape"]
+        median = {name: statistics.median(row[name] for row in some) for name in numbers}
         ratio = statistics.median(row["rooms_m"] / row["exact_m"] for row in some)
         print(
             f"{shape}, n = {n:6d}: exact {median['exact_ms']:7.2f} ms, "
