@@ -75,15 +75,15 @@ def test_the_linearisation_is_the_models_first_order(robot):
     n, discs, rng = 5, 2, np.random.default_rng(62)
     rows = linearisation(motion(robot, DT), n, discs)
     near = np.array([[0.5, 0.6, 0.1], [-0.4, 0.3, 0.2]]).T
-    state = [0, 0, 0.3, 0.2, 0.1]
+    state, rolled = [0, 0, 0.3, 0.2, 0.1], [0.95, 0.9]
     plan, change = rng.normal(0, 0.2, (2, 8, n))
     ca_plan = plan.ravel(order="F")
 
     def gaps(plan):
-        a, lower, _ = rows(plan, state, near)
+        a, lower, _ = rows(plan, state, near, rolled)
         return np.array(a @ ca.vec(ca.DM(plan)) - lower).ravel()
 
-    a, lower, upper = (np.array(ca.DM(part)) for part in rows(plan, state, near))
+    a, lower, upper = (np.array(ca.DM(part)) for part in rows(plan, state, near, rolled))
     errors = []
     for h in (1e-3, 1e-4):
         moved = plan + h * change

@@ -13,6 +13,7 @@ from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference
 from freeseg.robot import Robot, as_robot, body_velocity, reached_speeds, wheel_speeds
 from freeseg.trackers.feedback import Law, check_gains
+from freeseg.trackers.predictor import Predictor, SlipObserver
 from freeseg.world import Disc, World
 
 #: What qrqp would print.
@@ -126,9 +127,12 @@ class Mpc:
     solver: str | None = None
     iterations: int = 200
     on_failure: str = "raise"
+    delay: float = 0.0
+    lag: float = 0.0
+    observer: float = 0.0
 
     def __post_init__(self):
-        check_gains(self, "heading", "terminal", "keep_out")
+        check_gains(self, "heading", "terminal", "keep_out", "delay", "lag", "observer")
         for weight in ("heading", "acceleration", "terminal", "keep_out"):
             if getattr(self, weight) > LARGEST_WEIGHT:
                 raise InvalidParameter(
@@ -178,32 +182,38 @@ class Mpc:
         SolverFailed
             From the law, where the solver gives up and it is not to brake.
         """
-        dt, robot = checks.positive("dt", dt), as_robot(robot)
-        checks.instance("reference", reference, Reference, "one made by make_reference")
+        predictor = Predictor(self.delay, self.lag, reference, robot, dt)
+        robot, dt = predictor.robot, predictor.dt
+        observer = SlipObserver(self.observer, robot, dt)
         programme = _Programme(self, robot, dt)
-        look_ahead = _previewer(reference, robot, dt, self.horizon)
-        wheels = np.zeros(2)
+        look_ahead = _previewer(reference, robot, dt, self.horizon, predictor.ahead)
 
         def law(t, pose):
-            nonlocal wheels
-            (x, y, theta), wanted = _one_pose(pose), look_ahead(t)
+            now = observer.correct(_one_pose(pose), predictor.driven)
+            (x, y, theta), wanted = predictor.look(now, observer.rolled), look_ahead(t)
             # Headings are counted on from the prediction's, or the reference's.
             expected = (programme.best if programme.solved else wanted)[0, 4]
             theta = expected + wrap_angle(theta - expected)
             programme.set_objective(wanted)
-            programme.set_state((x, y, theta), wheels)
+            programme.set_state((x, y, theta), predictor.motors.asked, observer.rolled)
             status = programme.solve()
             if not programme.solved:
-                message = f"{programme.asked} found no command at {t:.3f} s: {status}"
-                if self.on_failure == "raise":
-                    remedy = "allow more iterations, choose another solver, or brake with"
-                    raise SolverFailed(f"{message}; {remedy} on_failure='brake'", t, status)
-                warnings.warn(f"{message}; braking", RuntimeWarning, stacklevel=2)
+                self._give_up(programme.asked, t, status)
             target = programme.best[0, 5:7] if programme.solved else (0, 0)
-            wheels = reached_speeds(robot, target, wheels, dt)
+            wheels = reached_speeds(robot, target, predictor.motors.asked, dt)
+            predictor.send(*body_velocity(robot, wheels))
             return body_velocity(robot, wheels)
 
         return law
+
+    def _give_up(self, asked, t, status):
+        """Raise, or warn that the robot brakes."""
+        message = f"{asked} found no command at {t:.3f} s: {status}"
+        if self.on_failure == "raise":
+            remedy = "allow more iterations, choose another solver, or brake with"
+            raise SolverFailed(f"{message}; {remedy} on_failure='brake'", t, status)
+        # Of the law's caller.
+        warnings.warn(f"{message}; braking", RuntimeWarning, stacklevel=3)
 
 
 class _Programme:
@@ -220,6 +230,7 @@ class _Programme:
         shape = n, 8 if self.discs else 7
         self.plan, self.best, self.solved = np.zeros(shape), np.zeros(shape), False
         self.state, self.near = np.zeros(5), self.circles[: self.discs].copy()
+        self.rolled = np.ones(2)
         # Objective: squares, and a gradient, of which only the slack's stays through a run.
         self.weights, self.gradient = _weights(tracker, shape), np.full(shape, tracker.keep_out)
         # Constraints: model and discs are linear about the plan; the wheels' limits are bounds.
@@ -234,7 +245,7 @@ class _Programme:
         self.solver = tracker.solver or ("piqp" if self.discs else "qrqp")
         self.iterations = tracker.iterations
         self.structure = {"h": ca.Sparsity.diag(self.weights.size), "a": sparsity}
-        about = {"plan": self.plan, "state": self.state, "near": self.near}
+        about = {"plan": self.plan, "state": self.state, "near": self.near, "rolled": self.rolled}
         self.linearise = _bind(linearised, **about, a=a, lower=lower, upper=upper)
         objective = {"h": 2 * self.weights, "g": self.gradient}
         limits = {"a": a, "lba": lower, "uba": upper, "lbx": least, "ubx": most}
@@ -257,9 +268,10 @@ class _Programme:
         """Weigh what differs from the reference's rows of u and z, see `preview`."""
         self.gradient[:, :7] = -2 * self.weights[:, :7] * wanted
 
-    def set_state(self, pose, wheels):
-        """Let plans begin at a pose with wheel speeds (m/s)."""
+    def set_state(self, pose, wheels, rolled):
+        """Let plans begin at a pose with wheel speeds (m/s), of which a share moves the robot."""
         self.state[:] = *pose, *wheels
+        self.rolled[:] = rolled
 
     def solve(self):
         """Find the best plan; what the solver says of it.
@@ -339,15 +351,15 @@ def _bounds(robot, shape):
     return least, most
 
 
-def _previewer(reference, robot, dt, horizon):
-    """``look_ahead(t)``, the `preview` of a horizon: read off a table at the steps of a run."""
-    table = preview(reference, robot, dt, 0, len(reference.steps(dt)) + horizon)
+def _previewer(reference, robot, dt, horizon, ahead):
+    """``look_ahead(t)``, the `preview` from t + ahead on: off a table at the steps of a run."""
+    table = preview(reference, robot, dt, ahead, len(reference.steps(dt)) + horizon)
 
     def look_ahead(t):
         step = round(t / dt)
         if step * dt == t and 0 <= step <= len(table) - horizon:
             return table[step : step + horizon]
-        return preview(reference, robot, dt, t, horizon)
+        return preview(reference, robot, dt, t + ahead, horizon)
 
     return look_ahead
 
@@ -424,16 +436,21 @@ def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
     Returns
     -------
     casadi.Function
-        ``(plan, state, near) -> (a, lower, upper)`` with ``lower <= a w <=
-        upper`` for the new plan w. A plan has a column for each step: u, z
-        and, with discs, the slack; near has one for each disc: centre and
-        radius (m).
+        ``(plan, state, near, rolled) -> (a, lower, upper)`` with ``lower <=
+        a w <= upper`` for the new plan w. A plan has a column for each step:
+        u, z and, with discs, the slack; near has one for each disc: centre
+        and radius (m). Rolled is the share of each wheel's travel that moves
+        the robot.
     """
     plan = ca.SX.sym("plan", 8 if discs else 7, horizon)
     state, near = ca.SX.sym("state", 5), ca.SX.sym("near", 3, discs)
+    rolled = ca.SX.sym("rolled", 2)
+    # Over the ground, wheels that slip are slower wheels.
+    ground = ca.vertcat(1, 1, 1, rolled)
     gaps = []
     for k, before in enumerate(ca.horzsplit(ca.horzcat(state, plan[2:7, :-1]))):
-        gaps.append(plan[2:7, k] - motion(before, plan[:2, k]))
+        after = motion(ground * before, rolled * plan[:2, k]) / ground
+        gaps.append(plan[2:7, k] - after)
         for disc in ca.horzsplit(near):
             gaps.append(ca.norm_2(plan[2:4, k] - disc[:2]) - disc[2] + plan[7, k])
     rows, w = ca.vertcat(*gaps), ca.vec(plan)
@@ -442,9 +459,9 @@ def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
     upper = lower + ca.repmat(ca.DM([0] * 5 + [np.inf] * discs), horizon)
     return ca.Function(
         "linearisation",
-        [plan, state, near],
+        [plan, state, near, rolled],
         [a, lower, upper],
-        ["plan", "state", "near"],
+        ["plan", "state", "near", "rolled"],
         ["a", "lower", "upper"],
     )
 
