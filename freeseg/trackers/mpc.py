@@ -119,7 +119,7 @@ class Mpc:
 
     horizon: int = 20
     heading: float = 3e-4
-    acceleration: float = 1e-6
+    acceleration: float = 1e-4
     terminal: float = 10.0
     obstacles: World | None = None
     nearest: int = 7
