@@ -108,9 +108,9 @@ def watch(
     """What a law sees at a time step.
 
     A command is held for `dt`: the velocities that it is made from are those
-    wanted at the middle of it, or their means over a time to come. Means begin
-    to change before the reference does, and wheels that reach a step of the turn
-    rate too late are on average in time.
+    wanted at the middle of it, or their means over a longer time about it. Means
+    begin to change before the reference does: wheels that cannot follow a step
+    of the turn rate are on average in time.
 
     Parameters
     ----------
@@ -119,16 +119,16 @@ def watch(
     dt : float
         Time for which each command is held (s); zero for a law in continuous time.
     preview : float, optional
-        Time over which the velocities are averaged (s); zero for those at the
-        middle of the command.
+        Length of the time (s), half of it before and half of it after the middle
+        of the command, over which the velocities are averaged; zero for none.
 
     Returns
     -------
     callable
         ``see(t, pose) -> (error, wanted)`` for a pose of shape (3,) or
         (3, n): the tracking error (7) at t, of the pose's shape, and the
-        reference's `Sample` at t + dt / 2, its velocities and their rates
-        averaged from t to t + preview, if there is any.
+        reference's `Sample` at t + dt / 2, with the means of its velocities
+        and of their rates if there is a preview.
 
     Raises
     ------
@@ -143,14 +143,14 @@ def watch(
         now_and_middle = look(t)
         wanted = Sample(*(values[..., 1] for values in now_and_middle))
         if preview:
-            wanted = Sample(wanted.pose, *mean(t))
+            wanted = Sample(wanted.pose, *mean(t + dt / 2))
         return pose_error(now_and_middle.pose[:, 0], pose), wanted
 
     return see
 
 
 def _averages(reference, preview):
-    """``mean(t)``: the velocities and their rates, averaged from a time on, shape (4,)."""
+    """``mean(t)``: the velocities and their rates, averaged about a time."""
     steps, v = np.diff(reference.t), reference.v
     driven = np.concatenate([[0.0], np.cumsum(steps * (v[1:] + v[:-1]) / 2)])
     # The mean of a rate is by how much that changes whose rate it is. Over less than the grid's
@@ -158,7 +158,7 @@ def _averages(reference, preview):
     changing, span = (driven, reference.pose[2], v, reference.omega), max(preview, GRID)
 
     def mean(t):
-        ends = t, t + span
+        ends = t - span / 2, t + span / 2
         return [(np.diff(np.interp(ends, reference.t, one)) / span)[0] for one in changing]
 
     return mean

@@ -51,8 +51,8 @@ class Fuzzy:
     omega_range : float
         Change of turn rate (rad/s) that is "big".
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------

@@ -31,8 +31,8 @@ class Kanayama:
     k_alpha : float
         Gain of sin(alpha_e) (1/m).
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------

@@ -37,8 +37,8 @@ class Lqr:
     q_alpha : float
         Weight of alpha_e, relative to that of u_2 (1/s^2).
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------

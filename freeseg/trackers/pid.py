@@ -49,8 +49,8 @@ class Pid:
         its way to the path, and would be paid for by an overshoot. By
         default any is taken in.
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------

@@ -31,8 +31,8 @@ class PurePursuit:
     k_x : float
         Gain of the distance along the path (1/s).
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------

@@ -46,8 +46,8 @@ class SlidingMode:
         Least value of the denominator 1 + x_e dgamma/dy_e of w, which
         vanishes where the law is singular.
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------

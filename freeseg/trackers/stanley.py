@@ -34,8 +34,8 @@ class Stanley:
     ahead : float
         Distance b of the wheel ahead of the axle (m).
     preview : float
-        Time to come over which the reference's velocities are averaged (s),
-        see `feedback.watch`; zero takes those of the present command.
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
