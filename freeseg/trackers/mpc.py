@@ -11,7 +11,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference
-from freeseg.robot import Robot, as_robot, body_velocity, reached_speeds, wheel_speeds
+from freeseg.robot import Robot, body_velocity, reached_speeds, wheel_speeds
 from freeseg.trackers.feedback import Law, check_gains
 from freeseg.trackers.predictor import Predictor, SlipObserver
 from freeseg.world import Disc, World
@@ -99,9 +99,10 @@ class Mpc:
     Raises
     ------
     InvalidParameter
-        For a weight that is negative or not finite (that of accelerations has
-        to be positive), a delay, a lag or a rate that is, a count that is not a whole positive one, another
-        solver, or obstacles that are no world of discs.
+        For a weight, a delay, a lag or a rate that is negative or not finite
+        (the weight of accelerations has to be positive), a count that is not a
+        whole positive one, another solver, or obstacles that are no world of
+        discs.
 
     Notes
     -----

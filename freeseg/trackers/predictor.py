@@ -67,6 +67,8 @@ class Predicting:
     >>> for tracker in (fs.Pid(), Predicting(fs.Pid(), late.delay, late.lag)):
     ...     run = fs.simulate(tracker, reference, disturbance=late)
     ...     print(f"{1000 * fs.metrics.tracking(run)['position_rms_m']:.1f} mm")
+    2.9 mm
+    0.2 mm
     """
 
     tracker: Tracker
@@ -161,7 +163,11 @@ class Predictor:
         v, omega : array_like, shape (...)
             Forward speed (m/s) and turn rate (rad/s).
         """
-        self.underway.append(self.motors.follow(wheel_speeds(self.robot, v, omega))[1])
+        command = wheel_speeds(self.robot, v, omega)
+        if command.ndim != self.motors.asked.ndim:
+            # The robots of a batch have rested so far.
+            self.motors.asked = self.motors.speed = np.zeros_like(command)
+        self.underway.append(self.motors.follow(command)[1])
         self.driven = self.underway.popleft()
 
     def look(self, pose: np.ndarray, rolled: float | np.ndarray = 1.0) -> np.ndarray:
@@ -215,7 +221,8 @@ class SlipObserver:
         self.rate, self.robot, self.dt = rate, robot, dt
         pole = np.exp(-rate * dt)
         self.trust, self.learn = 1 - pole * pole, (1 - pole) ** 2
-        self.pose, self.rolled = None, np.ones(2)
+        self.pose: np.ndarray | None = None
+        self.rolled = np.ones(2)
 
     def correct(self, measured: np.ndarray, driven: np.ndarray) -> np.ndarray:
         """The pose now, by what was measured and how the wheels turned.
