@@ -225,7 +225,7 @@ def test_invalid_times(name, value):
 
 @pytest.mark.parametrize("tracker", [None, fs.Pid, "Pid", 3.0, lambda t, pose: (0, 0)])
 def test_what_is_no_tracker(tracker):
-    with pytest.raises(fs.InvalidParameter, match="tracker is .*give one, such as"):
+    with pytest.raises(fs.InvalidParameter, match=r"tracker is .*give one, such as"):
         fs.Predicting(tracker, 0.1)
 
 
