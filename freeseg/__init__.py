@@ -47,6 +47,7 @@ from freeseg.trackers import (
     SuperTwisting,
 )
 from freeseg.trackers.feedback import Law, Tracker
+from freeseg.trackers.predictor import Predicting
 from freeseg.world import Disc, Polygon, World
 
 __version__ = "0.1.0"
@@ -86,6 +87,7 @@ __all__ = [
     "Plan",
     "Planner",
     "Polygon",
+    "Predicting",
     "PurePursuit",
     "Reference",
     "Robot",

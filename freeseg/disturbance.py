@@ -1,5 +1,6 @@
 """What disturbs a robot: noise, slip, wrong sizes, lag and delay."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import exp, expm1, isclose
@@ -8,6 +9,7 @@ import numpy as np
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
+from freeseg.robot import Robot, reached_speeds
 
 #: How many samples of random numbers are drawn at once: what bounds their memory.
 BLOCK = 32
@@ -186,6 +188,55 @@ class Disturbance:
             else:
                 fluctuation = kept * fluctuation + new * normal[3:]
             yield deviation * normal[:3], radius * (1 - np.clip(slip + fluctuation, -1, 1))
+
+
+class Motors:
+    """Delay, limits and lag between a command and the wheels.
+
+    Parameters
+    ----------
+    robot : Robot
+        Its limits count.
+    disturbance : Disturbance
+        Its delay and its lag count.
+    dt : float
+        Time step (s).
+    steps : int
+        Of how many steps the run is: what is later than its end never arrives.
+    batch : tuple of int, optional
+        ``()`` for one robot, ``(n,)`` for a batch.
+
+    Attributes
+    ----------
+    asked : ndarray, shape (2, *batch)
+        Wheel speeds (m/s) asked for last, within the limits.
+    speed : ndarray, shape (2, *batch)
+        Those that the motors have reached by the end of the last step (m/s).
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        disturbance: Disturbance,
+        dt: float,
+        steps: int,
+        batch: tuple[int, ...] = (),
+    ):
+        self.robot, self.dt, self.lag = robot, dt, disturbance.lag
+        self.mean_share, self.end_share = disturbance.lag_shares(dt)
+        self.asked = self.speed = np.zeros((2, *batch))
+        self.underway = deque([self.asked] * min(disturbance.delayed_steps(dt), steps))
+
+    def follow(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Wheel speeds (m/s) for a time step, shape (2, *batch): asked for, and their mean."""
+        self.underway.append(command)
+        self.asked = reached_speeds(self.robot, self.underway.popleft(), self.asked, self.dt)
+        if not self.lag:
+            self.speed = self.asked
+            return self.asked, self.asked
+        missing = self.speed - self.asked
+        self.speed = self.asked + self.end_share * missing
+        return self.asked, self.asked + self.mean_share * missing
 
 
 def normals(

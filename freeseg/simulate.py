@@ -1,6 +1,5 @@
 """The one closed loop: tracker, robot, limits, disturbance."""
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -9,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.disturbance import Disturbance, as_disturbance
+from freeseg.disturbance import Disturbance, Motors, as_disturbance
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import MOST_STEPS, Reference, pose_error
-from freeseg.robot import Robot, as_robot, moved_pose, reached_speeds, same_robot, wheel_speeds
+from freeseg.robot import Robot, as_robot, moved_pose, same_robot, wheel_speeds
 from freeseg.trackers.feedback import Law, Tracker
 
 #: Shapes of the poses of one robot and of n robots, and the units of their rows.
@@ -313,7 +312,7 @@ def drive(
     measured = np.empty_like(poses) if disturbance.noisy else poses
     wheels = np.zeros((steps + 1, 2, *batch))
     asked = np.zeros_like(wheels) if disturbance.lag else wheels
-    motors = _Motors(robot, disturbance, dt, steps, batch)
+    motors = Motors(robot, disturbance, dt, steps, batch)
     plant = replace(robot, wheel_base=robot.wheel_base * (1 + disturbance.wheel_base_error))
     t = dt * np.arange(steps + 1)
     for step, (noise, rolled) in enumerate(disturbance.samples(batch, steps + 1, dt, seed)):
@@ -381,27 +380,6 @@ def _arrival(goal, since, tolerance):
         return t > since and (np.hypot(*(pose[:2] - goal)) < tolerance).all()
 
     return stop
-
-
-class _Motors:
-    """Delay, limits and lag between a command and the wheels."""
-
-    def __init__(self, robot, disturbance, dt, steps, batch):
-        self.robot, self.dt, self.lag = robot, dt, disturbance.lag
-        self.mean_share, self.end_share = disturbance.lag_shares(dt)
-        self.asked = self.speed = np.zeros((2, *batch))
-        # More than the steps of the run would never arrive.
-        self.underway = deque([self.asked] * min(disturbance.delayed_steps(dt), steps))
-
-    def follow(self, command):
-        """Wheel speeds (m/s) for a time step: what is asked for, and their mean."""
-        self.underway.append(command)
-        self.asked = reached_speeds(self.robot, self.underway.popleft(), self.asked, self.dt)
-        if not self.lag:
-            return self.asked, self.asked
-        missing = self.speed - self.asked
-        self.speed = self.asked + self.end_share * missing
-        return self.asked, self.asked + self.mean_share * missing
 
 
 def _time_last(array):

@@ -509,6 +509,9 @@ for tracker in TRACKERS:
     CALLS[tracker.__name__] = tracker, good
     run = {"reference": REFERENCE, "robot": ROBOT, "dt": 0.05}
     CALLS[f"{tracker.__name__}.start"] = tracker().start, run
+PREDICTING = {"tracker": fs.SlidingMode(), "delay": 0.05, "lag": 0.03}
+CALLS["Predicting"] = fs.Predicting, PREDICTING
+CALLS["Predicting.start"] = fs.Predicting(**PREDICTING).start, run
 CALLS["Lqr.gains"] = fs.Lqr().gains, {"v_r": 0.1, "dt": 0.05}
 
 #: What a function calls.

@@ -2,7 +2,7 @@
 
 import pickle
 import warnings
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import casadi as ca
 import numpy as np
@@ -10,13 +10,17 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
-from freeseg.path import Line
+from freeseg.path import Arc, Line
+from freeseg.studies import courses, tracking
+from freeseg.studies.tracking import DISTURBANCE
 from freeseg.trackers import mpc
 from freeseg.trackers.mpc import linearisation, motion
 
 DT = 0.05
 #: Where a robot may start: 2 cm behind, 3 cm to the left and 20 degrees off.
 OFFSET = (-0.02, 0.03, np.radians(20))
+#: Weight of accelerations for robots that nothing disturbs: they are followed most closely.
+EXACT = 1e-6
 
 
 @pytest.fixture(scope="module")
@@ -75,15 +79,15 @@ def test_the_linearisation_is_the_models_first_order(robot):
     n, discs, rng = 5, 2, np.random.default_rng(62)
     rows = linearisation(motion(robot, DT), n, discs)
     near = np.array([[0.5, 0.6, 0.1], [-0.4, 0.3, 0.2]]).T
-    state = [0, 0, 0.3, 0.2, 0.1]
+    state, rolled = [0, 0, 0.3, 0.2, 0.1], [0.95, 0.9]
     plan, change = rng.normal(0, 0.2, (2, 8, n))
     ca_plan = plan.ravel(order="F")
 
     def gaps(plan):
-        a, lower, _ = rows(plan, state, near)
+        a, lower, _ = rows(plan, state, near, rolled)
         return np.array(a @ ca.vec(ca.DM(plan)) - lower).ravel()
 
-    a, lower, upper = (np.array(ca.DM(part)) for part in rows(plan, state, near))
+    a, lower, upper = (np.array(ca.DM(part)) for part in rows(plan, state, near, rolled))
     errors = []
     for h in (1e-3, 1e-4):
         moved = plan + h * change
@@ -130,7 +134,7 @@ def converged(tracker, reference, robot, t, pose, wheels):
 
 @pytest.mark.parametrize("solver", ["piqp", "qrqp"])
 def test_one_programme_a_step_commands_what_the_converged_one_does(references, robot, solver):
-    tracker, reference = fs.Mpc(solver=solver), references["15a"]
+    tracker, reference = fs.Mpc(acceleration=EXACT, solver=solver), references["15a"]
     law = tracker.start(reference, robot, DT)
     x, y, theta = reference.pose[:, 0]
     pose = np.array([x, y + 0.02, theta])
@@ -160,7 +164,7 @@ def test_both_solvers_drive_alike(references):
 def test_on_the_papers_paths_it_stays_closer_than_sliding_mode(references, name):
     ours, sliding = (
         fs.metrics.tracking(fs.simulate(tracker, references[name]))
-        for tracker in (fs.Mpc(), fs.SlidingMode())
+        for tracker in (fs.Mpc(acceleration=EXACT), fs.SlidingMode())
     )
     assert ours["position_rms_m"] < 2e-5
     assert ours["position_rms_m"] < sliding["position_rms_m"] / 5
@@ -303,12 +307,107 @@ def test_discs_out_of_reach_change_nothing(references):
     assert_allclose(empty.pose, free.pose, rtol=0, atol=1e-6)
 
 
+# --- what it is told -----------------------------------------------------------------------------
+
+
+def rms_of(tracker, reference, disturbance):
+    run = fs.simulate(tracker, reference, disturbance=disturbance)
+    return fs.metrics.tracking(run)["position_rms_m"]
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    """Case 15(a) with ramps of the curvature."""
+    plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
+    return fs.make_reference(plan, smoothing=0.03)
+
+
+@pytest.mark.parametrize("acceleration", [fs.Mpc().acceleration, EXACT])
+def test_told_of_delay_and_lag_it_stays_within_a_millimetre(smooth, acceleration):
+    late = fs.Disturbance(delay=0.1, lag=0.03)
+    untold = fs.Mpc(acceleration=acceleration)
+    told = replace(untold, delay=late.delay, lag=late.lag)
+    assert rms_of(told, smooth, late) < 0.001 < rms_of(untold, smooth, late)
+
+
+def test_told_of_nothing_its_default_weights_are_stable_with_delay_and_lag(smooth):
+    late = fs.Disturbance(delay=0.05, lag=0.03)
+    assert rms_of(fs.Mpc(), smooth, late) < 0.003
+    assert rms_of(fs.Mpc(acceleration=EXACT), smooth, late) > 0.01
+
+
+@pytest.mark.parametrize("slip", [(0.06, 0.06), (0.1, 0.0), (0.0, 0.05)])
+@pytest.mark.parametrize("late", [{}, {"delay": 0.1, "lag": 0.03}], ids=["at once", "late"])
+def test_a_constant_slip_leaves_no_steady_error(slip, late):
+    reference, disturbance = straight(2.5, 0.1), fs.Disturbance(slip=slip, **late)
+    errors = []
+    for observer in (0, 4):
+        run = fs.simulate(fs.Mpc(observer=observer, **late), reference, disturbance=disturbance)
+        errors.append(np.abs(run.error[:, (run.t > 15) & (run.t < 24)]).max(1))
+    with_offset, offset_free = errors
+    assert np.hypot(*with_offset[:2]) > 4e-4
+    assert (offset_free < 1e-6).all()
+
+
+def test_in_steady_turns_a_constant_slip_leaves_no_error_either():
+    circle = fs.make_reference(fs.Path([Arc((0, 0.3), 0.3, -np.pi / 2, 6.0)]))
+    disturbance = fs.Disturbance(slip=(0.08, 0.02), wheel_base_error=0.03)
+    run = fs.simulate(fs.Mpc(observer=4), circle, disturbance=disturbance)
+    assert np.abs(run.error[:2, (run.t > 12) & (run.t < 17)]).max() < 1e-5
+
+
+def test_slip_takes_nothing_from_the_limits(robot):
+    # Wheels that lose a third have to turn at more than their limit: they turn at it.
+    reference, slip = straight(2.5, 0.75 * robot.max_wheel_speed), fs.Disturbance(slip=0.33)
+    run = fs.simulate(fs.Mpc(observer=4), reference, disturbance=slip)
+    assert np.abs(run.wheels).max() == pytest.approx(robot.max_wheel_speed, abs=1e-9)
+    assert np.abs(run.wheels).max() <= robot.max_wheel_speed + 1e-12
+
+
+def test_told_of_all_both_solvers_drive_alike(smooth):
+    piqp, qrqp = (
+        fs.simulate(
+            fs.Mpc(solver=solver, delay=0.05, lag=0.03, observer=3),
+            smooth,
+            initial_offset=OFFSET,
+            disturbance=DISTURBANCE,
+            seed=1,
+        )
+        for solver in ("piqp", "qrqp")
+    )
+    assert_allclose(piqp.pose, qrqp.pose, rtol=0, atol=1e-5)
+
+
+def test_on_a_course_it_is_closer_and_calmer_by_what_it_is_told():
+    course = courses.paper_courses()[:1]
+    offsets = courses.spread_offsets(3, 1)
+    plain, told = (
+        tracking.evaluate(tracker, course, offsets, 1)
+        for tracker in (fs.Mpc(), fs.Mpc(delay=0.05, lag=0.03, observer=3))
+    )
+    for number in ("position_rms_m", "roughness_m_s2"):
+        assert told[number].mean() < 0.8 * plain[number].mean()
+
+
+def test_three_times_the_disturbances_do_not_drive_it_into_an_obstacle(robot):
+    values = {field.name: getattr(DISTURBANCE, field.name) for field in fields(DISTURBANCE)}
+    # All but the correlation time of the slip, which makes it no larger.
+    larger = {name: 3 * np.array(value) for name, value in values.items() if name != "slip_time"}
+    worse = replace(DISTURBANCE, **larger)
+    told = fs.Mpc(delay=worse.delay, lag=worse.lag, observer=3)
+    found = tracking.evaluate(
+        told, courses.paper_courses()[:1], courses.spread_offsets(3, 1), 1, worse
+    )
+    assert found["clearance_m"].min() > robot.radius
+    assert found["position_rms_m"].max() < 0.01
+
+
 # --- failures ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("solver", ["piqp", "qrqp"])
 def test_a_failed_solve_raises_with_time_and_status(references, robot, solver):
-    tracker = fs.Mpc(solver=solver, iterations=1)
+    tracker = fs.Mpc(acceleration=EXACT, solver=solver, iterations=1)
     with pytest.raises(
         fs.SolverFailed, match=rf"{solver}( and piqp)? found no command at 0\.000 s"
     ) as caught:
@@ -412,6 +511,13 @@ def test_where_the_solver_fails_another_finds_the_same_command(
     rescued = fs.simulate(fs.Mpc(solver=solver), references["15a"], robot, DT)
     assert calls[0] > 100
     assert_allclose(rescued.pose, smooth.pose, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["delay", "lag", "observer"])
+@pytest.mark.parametrize("value", [-0.05, np.nan, np.inf, None, "0.1", True, (0.1, 0.1)])
+def test_invalid_times_and_rates(name, value):
+    with pytest.raises(fs.InvalidParameter, match=f"{name} is .*zero or more"):
+        fs.Mpc(**{name: value})
 
 
 @pytest.mark.parametrize("name", ["horizon", "nearest", "iterations"])

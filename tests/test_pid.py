@@ -225,6 +225,59 @@ def test_an_integral_stops_at_a_limit_and_comes_back_at_once(weak):
     assert law(t, reference.at(t).pose)[0] == pytest.approx(0.1)
 
 
+# --- the gate ------------------------------------------------------------------------------------
+
+
+def test_the_integrals_take_in_what_is_within_the_gate_only(robot):
+    # 1 mm behind for good; 9 mm to the left, and 2 mm from the tenth step on.
+    reference = fs.make_reference(STRAIGHT)
+    pid = fs.Pid(gate=0.008)
+    law = pid.start(reference, robot, DT)
+    for step, t in enumerate(1 + DT * np.arange(20)):
+        aside = 0.009 if step < 10 else 0.002
+        pose = reference.at(t).pose + np.array([-0.001, aside, 0])
+        sums = step * DT * 0.001, max(step - 10, 0) * DT * 0.1 * -0.002
+        v, omega, _ = pid.command((0.001, -aside, 0), sums, 0.1, 0)
+        assert_allclose(law(t, pose), (v, omega), rtol=1e-9)
+
+
+def test_the_gate_limits_the_overshoot_and_leaves_no_error_of_slip():
+    reference = fs.make_reference(fs.Path([Line((0, 0), (4, 0))]))
+    late = fs.Disturbance(lag=LAG, delay=DELAY)
+    overshoot = {}
+    for gate in (None, 0.008):
+        error = fs.simulate(
+            fs.Pid(gate=gate), reference, initial_offset=OFFSET, disturbance=late
+        ).error[1]
+        overshoot[gate] = -(error * np.sign(error[0])).min()
+    assert overshoot[None] > 0.006
+    assert overshoot[0.008] < 0.001
+    slipping = fs.Disturbance(slip=(0.05, 0))
+    run = fs.simulate(fs.Pid(gate=0.008), reference, disturbance=slipping)
+    assert np.abs(run.error[:2, (run.t > 30) & (run.t < 39)]).max() < 1e-6
+
+
+def test_a_wide_gate_is_none_and_a_closed_one_leaves_p_and_d(references):
+    offsets = np.random.default_rng(106).normal(0, [[0.02], [0.02], [0.3]], (3, 20))
+    runs = {
+        name: fs.simulate(tracker, references["15a"], initial_offset=offsets).pose
+        for name, tracker in {
+            "none": fs.Pid(),
+            "wide": fs.Pid(gate=1e9),
+            "closed": fs.Pid(gate=0),
+            "without": fs.Pid(ki_x=0, ki_y=0),
+        }.items()
+    }
+    assert_array_equal(runs["wide"], runs["none"])
+    assert_array_equal(runs["closed"], runs["without"])
+
+
+@pytest.mark.parametrize("value", [-0.008, np.nan, np.inf, "8 mm", True, (0.008,)])
+def test_invalid_gate(value):
+    with pytest.raises(fs.InvalidParameter, match=r"gate is .*zero or more"):
+        fs.Pid(gate=value)
+
+
 # --- margins -------------------------------------------------------------------------------------
 
 

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import freeseg as fs
 from freeseg.path import Arc, Line
 from freeseg.reference import Reference
+from freeseg.trackers.feedback import watch
 from freeseg.trackers.fuzzy import SETS, memberships
 
 TRACKERS = [
@@ -260,7 +261,7 @@ SWITCHES = {
 )
 def test_invalid_gain(tracker, name):
     assert getattr(tracker(**{name: np.float32(0.5)}), name) == 0.5
-    if name in SWITCHES[tracker.__name__]:
+    if name in (*SWITCHES[tracker.__name__], "preview"):
         assert getattr(tracker(**{name: 0}), name) == 0
         remedy, wrong = "finite number, zero or more", ()
     else:
@@ -524,6 +525,55 @@ def test_a_gain_of_zero_switches_its_term_off(kind, reference_15a, robot):
         assert_allclose(runs[0].pose, runs[1].pose, atol=1e-4)
     off = tracker(**dict.fromkeys(SWITCHES[kind], 0))
     assert np.isfinite(fs.simulate(off, reference_15a, robot, DT).pose).all()
+
+
+# --- preview -------------------------------------------------------------------------------------
+
+
+@every_tracker
+def test_at_constant_velocities_a_preview_changes_nothing(tracker):
+    for reference in (LINE, CIRCLE):
+        for error in many(5, (0.02, 0.02, 0.3)).T:
+            plain = command(tracker(), error, reference)
+            assert_allclose(command(tracker(preview=0.2), error, reference), plain, atol=1e-9)
+
+
+@pytest.mark.parametrize("preview", [1e-300, 0.01, 0.1, 0.37])
+@pytest.mark.parametrize("t", [0.0, 0.4, 0.8, 1.234])
+def test_previewed_velocities_are_means_about_the_middle_of_the_hold(preview, t):
+    look = watch(BENDS, DT, preview)
+    _, wanted = look(t, BENDS.at(t).pose)
+    # Over less than the reference's own millisecond, it makes no difference.
+    half = max(preview, 1e-3) / 2
+    middle = t + DT / 2
+    about = BENDS.at(np.linspace(middle - half, middle + half, 200_001))
+    assert_allclose(wanted.v, about.v.mean(), atol=1e-5)
+    assert_allclose(wanted.omega, about.omega.mean(), atol=2e-3)
+    for rate, value in (("v_dot", BENDS.v), ("omega_dot", BENDS.omega)):
+        ends = np.interp([middle - half, middle + half], BENDS.t, value)
+        assert_allclose(getattr(wanted, rate), np.diff(ends)[0] / half / 2, atol=1e-9)
+    assert_array_equal(wanted.pose, BENDS.at(middle).pose)
+
+
+@pytest.mark.parametrize("kind", [fs.Fuzzy, fs.Kanayama, fs.Lqr, fs.Pid, fs.SlidingMode])
+def test_where_the_turn_rate_jumps_and_wheels_saturate_a_preview_pays(kind, robot):
+    # At 0.5 m/s, the wheels need two steps for what the reference turns at once.
+    plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
+    fast = fs.make_reference(plan, speed=0.5, acceleration=0.5)
+    plain, previewed = (
+        fs.metrics.tracking(fs.simulate(tracker, fast, robot, DT))["position_rms_m"]
+        for tracker in (kind(), kind(preview=0.1))
+    )
+    assert previewed < 0.0015 < plain / 3
+
+
+@every_tracker
+def test_a_preview_serves_a_batch_as_it_does_one(tracker, robot):
+    offsets = many(10)
+    batch = fs.simulate(tracker(preview=0.1), BENDS, robot, DT, offsets, ALL, seed=9)
+    for number, offset in enumerate(offsets.T):
+        single = fs.simulate(tracker(preview=0.1), BENDS, robot, DT, offset, ALL, seed=(9, number))
+        assert_array_equal(batch.pose[:, number], single.pose)
 
 
 # --- references that reverse, or turn on the spot ------------------------------------------------

@@ -22,10 +22,8 @@ def test_ranges_are_decades_round_the_defaults():
             value = getattr(default, gain)
             assert low <= value <= high
             assert np.log10(high / low) >= 2 * decades - 1e-9
-            # Its default is for a robot without delay: here it ends in the obstacles.
-            if (name, gain) != ("Mpc", "acceleration"):
-                assert high / value == pytest.approx(10**decades, rel=0.05)
-                assert value / low >= 9.5**decades
+            assert high / value == pytest.approx(10**decades, rel=0.05)
+            assert value / low >= 9.5**decades
 
 
 def test_courses_repeat_and_differ():

@@ -20,8 +20,7 @@ MOST_EVALUATIONS = 1_000_000
 
 #: Where gains are searched for, on a logarithmic scale: ten times the default up and down, and
 #: a hundred times for weights of squares; further down for two gains of `SuperTwisting`, where a
-#: first search ended. The default weight of `Mpc` on accelerations is for a robot without delay,
-#: and lies at the end of its range.
+#: first search ended.
 RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "SlidingMode": {
         "k1": (0.04, 4),

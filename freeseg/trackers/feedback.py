@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.reference import Reference, Sample, pose_error
+from freeseg.reference import GRID, Reference, Sample, pose_error
 from freeseg.robot import Robot, as_robot, body_velocity, reached_speeds, wheel_speeds
 
 #: Up to it, the product of a step of an integral and an excess is no saturation (SI).
@@ -68,11 +68,12 @@ def check_gains(tracker: Any, *switches: str) -> None:
     tracker : Tracker
         A frozen dataclass.
     *switches : str
-        Gains that may be zero, which switches their term off.
+        Gains that may be zero, which switches their term off, as well as that
+        named ``preview``, see `watch`.
     """
     for gain in fields(tracker):
         if gain.type is float:
-            check = checks.not_negative if gain.name in switches else checks.positive
+            check = checks.not_negative if gain.name in (*switches, "preview") else checks.positive
             value = check(gain.name, getattr(tracker, gain.name))
             object.__setattr__(tracker, gain.name, value)
 
@@ -102,12 +103,14 @@ def forwards_only(tracker: Any, reference: Reference, spot: bool = True) -> None
 
 
 def watch(
-    reference: Reference, dt: float
+    reference: Reference, dt: float, preview: float = 0.0
 ) -> Callable[[float, np.ndarray], tuple[np.ndarray, Sample]]:
     """What a law sees at a time step.
 
     A command is held for `dt`: the velocities that it is made from are those
-    wanted at the middle of it.
+    wanted at the middle of it, or their means over a longer time about it. Means
+    begin to change before the reference does: wheels that cannot follow a step
+    of the turn rate are on average in time.
 
     Parameters
     ----------
@@ -115,28 +118,50 @@ def watch(
         What to follow.
     dt : float
         Time for which each command is held (s); zero for a law in continuous time.
+    preview : float, optional
+        Length of the time (s), half of it before and half of it after the middle
+        of the command, over which the velocities are averaged; zero for none.
 
     Returns
     -------
     callable
-        ``see(t, pose) -> (error, middle)`` for a pose of shape (3,) or
+        ``see(t, pose) -> (error, wanted)`` for a pose of shape (3,) or
         (3, n): the tracking error (7) at t, of the pose's shape, and the
-        reference's `Sample` at t + dt / 2.
+        reference's `Sample` at t + dt / 2, with the means of its velocities
+        and of their rates if there is a preview.
 
     Raises
     ------
     InvalidParameter
-        For what is no reference, or a time step that is negative.
+        For what is no reference, or a time that is negative.
     """
     checks.instance("reference", reference, Reference, "one made by make_reference")
-    look = reference.sampler(dt)
+    preview = checks.not_negative("preview", preview)
+    look, mean = reference.sampler(dt), _averages(reference, preview)
 
     def see(t, pose):
         now_and_middle = look(t)
-        middle = Sample(*(values[..., 1] for values in now_and_middle))
-        return pose_error(now_and_middle.pose[:, 0], pose), middle
+        wanted = Sample(*(values[..., 1] for values in now_and_middle))
+        if preview:
+            wanted = Sample(wanted.pose, *mean(t + dt / 2))
+        return pose_error(now_and_middle.pose[:, 0], pose), wanted
 
     return see
+
+
+def _averages(reference, preview):
+    """``mean(t)``: the velocities and their rates, averaged about a time."""
+    steps, v = np.diff(reference.t), reference.v
+    driven = np.concatenate([[0.0], np.cumsum(steps * (v[1:] + v[:-1]) / 2)])
+    # The mean of a rate is by how much that changes whose rate it is. Over less than the grid's
+    # step, it would be lost in round-off.
+    changing, span = (driven, reference.pose[2], v, reference.omega), max(preview, GRID)
+
+    def mean(t):
+        ends = t - span / 2, t + span / 2
+        return [(np.diff(np.interp(ends, reference.t, one)) / span)[0] for one in changing]
+
+    return mean
 
 
 def follow_limits(

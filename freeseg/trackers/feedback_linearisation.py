@@ -29,6 +29,9 @@ class FeedbackLinearisation:
         Gains of the error of B along and across the robot's axis (1/s).
     ahead : float
         Distance b of B ahead of the axle (m).
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -48,13 +51,14 @@ class FeedbackLinearisation:
     k1: float = 2.0
     k2: float = 2.0
     ahead: float = 0.06
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "k1", "k2")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        see = watch(reference, dt)
+        see = watch(reference, dt, self.preview)
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)

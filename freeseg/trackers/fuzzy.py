@@ -50,6 +50,9 @@ class Fuzzy:
         Change of speed (m/s) that is "big".
     omega_range : float
         Change of turn rate (rad/s) that is "big".
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -76,13 +79,14 @@ class Fuzzy:
     alpha_range: float = 1.0
     v_range: float = 0.2
     omega_range: float = 2.0
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "v_range", "omega_range")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        see = watch(reference, dt)
+        see = watch(reference, dt, self.preview)
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)

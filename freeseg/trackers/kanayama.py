@@ -30,6 +30,9 @@ class Kanayama:
         Gain of y_e (1/m^2).
     k_alpha : float
         Gain of sin(alpha_e) (1/m).
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -46,13 +49,14 @@ class Kanayama:
     k_x: float = 2.0
     k_y: float = 100.0
     k_alpha: float = 20.0
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "k_x", "k_y", "k_alpha")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        see = watch(reference, dt)
+        see = watch(reference, dt, self.preview)
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)

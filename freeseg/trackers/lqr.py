@@ -36,6 +36,9 @@ class Lqr:
         Weight of y_e, relative to that of u_2 (1/(m s)^2).
     q_alpha : float
         Weight of alpha_e, relative to that of u_2 (1/s^2).
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -59,6 +62,7 @@ class Lqr:
     q_x: float = 4.0
     q_y: float = 100.0
     q_alpha: float = 2.0
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "q_x", "q_y")
@@ -66,7 +70,7 @@ class Lqr:
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
-        see = watch(reference, dt)
+        see = watch(reference, dt, self.preview)
         speeds = np.linspace(0, np.abs(reference.v).max(), SPEEDS)
         k_x, k_y, k_alpha = self.gains(speeds, dt)
 

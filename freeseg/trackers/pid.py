@@ -44,13 +44,21 @@ class Pid:
     anti_windup : bool
         Whether an integral stops where it would only push further against a
         limit, of the wheels or of `approach`.
+    gate : float, optional
+        Largest error that an integral takes in (m): what is further off is on
+        its way to the path, and would be paid for by an overshoot. By
+        default any is taken in.
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
     InvalidParameter
         For a gain that is negative, not finite or zero, but for kp_x, ki_x,
         kp_y and ki_y, where zero switches a term off; for an angle that is
-        not below pi / 2, or an `anti_windup` that is no bool.
+        not below pi / 2, an `anti_windup` that is no bool, or a gate that is
+        negative or not finite.
 
     Notes
     -----
@@ -66,10 +74,14 @@ class Pid:
     kd_y: float = 29.0
     approach: float = np.pi / 3
     anti_windup: bool = True
+    gate: float | None = None
+    preview: float = 0.0
 
     def __post_init__(self):
         object.__setattr__(self, "anti_windup", checks.flag("anti_windup", self.anti_windup))
         check_gains(self, "kp_x", "ki_x", "kp_y", "ki_y")
+        if self.gate is not None:
+            object.__setattr__(self, "gate", checks.not_negative("gate", self.gate))
         if self.approach >= np.pi / 2:
             raise InvalidParameter(f"approach is {self.approach!r} rad; give less than pi / 2")
 
@@ -127,7 +139,7 @@ class Pid:
             ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n);
             to be called once for each time step, in their order.
         """
-        see, send = watch(reference, dt), follow_limits(robot, dt)
+        see, send = watch(reference, dt, self.preview), follow_limits(robot, dt)
         integrals = 0.0, 0.0
 
         def law(t, pose):
@@ -141,6 +153,11 @@ class Pid:
                 steps = [
                     np.where(winds_up(step, beyond), 0.0, step)
                     for step, beyond in zip(steps, excess, strict=True)
+                ]
+            if self.gate is not None:
+                steps = [
+                    np.where(np.abs(off) > self.gate, 0.0, step)
+                    for step, off in zip(steps, error, strict=False)
                 ]
             integrals = [total + step for total, step in zip(integrals, steps, strict=True)]
             return v, omega

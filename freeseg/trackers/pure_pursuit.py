@@ -30,6 +30,9 @@ class PurePursuit:
         end, the path is taken to go on straight.
     k_x : float
         Gain of the distance along the path (1/s).
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -50,13 +53,14 @@ class PurePursuit:
 
     lookahead: float = 0.06
     k_x: float = 2.0
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "k_x")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        see = watch(reference, dt)
+        see = watch(reference, dt, self.preview)
         forwards_only(self, reference, spot=False)
         arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
         arc_length = np.concatenate([[0.0], arc_length])

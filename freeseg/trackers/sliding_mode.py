@@ -45,6 +45,9 @@ class SlidingMode:
     floor : float
         Least value of the denominator 1 + x_e dgamma/dy_e of w, which
         vanishes where the law is singular.
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -60,6 +63,7 @@ class SlidingMode:
     length_scale: float = 0.045
     switching: str = "sat"
     floor: float = 0.25
+    preview: float = 0.0
 
     def __post_init__(self):
         checks.choice("switching", self.switching, SWITCHING)
@@ -87,7 +91,7 @@ class SlidingMode:
         def approach(s1, s2):
             return self.k1 * switch(s1 / self.phi1), self.k2 * switch(s2 / self.phi2)
 
-        return sliding_law(reference, dt, self.length_scale, self.floor, approach)
+        return sliding_law(reference, dt, self.length_scale, self.floor, approach, self.preview)
 
 
 def sliding_law(
@@ -96,6 +100,7 @@ def sliding_law(
     length_scale: float,
     floor: float,
     approach: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    preview: float = 0.0,
 ) -> Law:
     """Law under which s1 and s2 of (10) fall as fast as asked, equation (12).
 
@@ -109,6 +114,8 @@ def sliding_law(
         See `SlidingMode`.
     approach : callable
         ``approach(s1, s2) -> (-ds1/dt, -ds2/dt)`` (m/s, rad/s), the reaching law.
+    preview : float, optional
+        See `SlidingMode`.
 
     Returns
     -------
@@ -120,7 +127,7 @@ def sliding_law(
     InvalidParameter
         For a reference that never moves from its place.
     """
-    see = watch(reference, dt)
+    see = watch(reference, dt, preview)
     top_speed = np.abs(reference.v).max()
     scale = top_speed * length_scale
     if not np.all(scale > 0):

@@ -33,6 +33,9 @@ class Stanley:
         Speed k_soft (m/s) that keeps the steering calm at rest.
     ahead : float
         Distance b of the wheel ahead of the axle (m).
+    preview : float
+        Time about that of a command over which the reference's velocities are
+        averaged (s), see `feedback.watch`; zero for no average.
 
     Raises
     ------
@@ -55,13 +58,14 @@ class Stanley:
     k_x: float = 2.0
     softening: float = 0.02
     ahead: float = 0.06
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "k", "k_x")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
         """The law for one run, see `SlidingMode.start`."""
-        see = watch(reference, dt)
+        see = watch(reference, dt, self.preview)
         forwards_only(self, reference)
         b = self.ahead
 

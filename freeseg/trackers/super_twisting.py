@@ -26,7 +26,7 @@ class SuperTwisting:
         Gains of |s1|^(1/2) (m^(1/2)/s) and |s2|^(1/2) (rad^(1/2)/s).
     w1, w2 : float
         Rates of the integrals (m/s^2, rad/s^2).
-    length_scale, floor : float
+    length_scale, floor, preview : float
         See `SlidingMode`.
 
     Raises
@@ -54,6 +54,7 @@ class SuperTwisting:
     w2: float = 0.1
     length_scale: float = 0.08
     floor: float = 0.25
+    preview: float = 0.0
 
     def __post_init__(self):
         check_gains(self, "lambda1", "lambda2", "w1", "w2")
@@ -85,6 +86,7 @@ class SuperTwisting:
             self.length_scale,
             self.floor,
             lambda s1, s2: (first.approach(s1), second.approach(s2)),
+            self.preview,
         )
         send = follow_limits(robot, dt)
 
