@@ -301,6 +301,15 @@ CALLS = {
             "ax": AX,
         },
     ),
+    "plot_growth": (
+        fs.plotting.plot_growth,
+        {"sizes": [7, 20], "times": [0.1, 0.2], "ax": AX, "color": "red"},
+    ),
+    "plot_met": (fs.plotting.plot_met, {"world": WORLD, "met": [0], "ax": AX}),
+    "plot_bars": (
+        fs.plotting.plot_bars,
+        {"values": [1.0, 2.0], "labels": ["a", "b"], "ax": AX, "color": "red"},
+    ),
     "plot_ranges": (
         fs.plotting.plot_ranges,
         {"ranges": {"any": np.ones((7, 2))}, "chosen": np.ones(7), "ax": AX},

@@ -22,6 +22,7 @@ from freeseg.plotting.robots import (
 )
 from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot_round
 from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
+from freeseg.plotting.scales import plot_bars, plot_growth, plot_met
 from freeseg.plotting.sizes import plot_ranges
 from freeseg.plotting.tangents import (
     plot_detours,
@@ -50,6 +51,7 @@ __all__ = [
     "map_axes",
     "move_robot",
     "plot_band",
+    "plot_bars",
     "plot_case",
     "plot_circle",
     "plot_clearance",
@@ -60,7 +62,9 @@ __all__ = [
     "plot_errors",
     "plot_free_space",
     "plot_group",
+    "plot_growth",
     "plot_limits",
+    "plot_met",
     "plot_path",
     "plot_plan",
     "plot_potential",
