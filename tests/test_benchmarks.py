@@ -30,6 +30,11 @@ def test_first_path(capsys):
         assert line in printed
 
 
+def test_dragging(capsys):
+    load("dragging").main(drags=3)
+    assert len(re.findall(r"median +[\d.]+ ms", capsys.readouterr().out)) == 5
+
+
 def test_batch(capsys):
     load("batch").main(robots=20, repeats=1)
     printed = capsys.readouterr().out
