@@ -5,7 +5,7 @@ from lessons import lesson
 from matplotlib.figure import Figure
 
 STEM = "18_plan_in_your_own_map"
-#: Widest robot with margin (m) that the meeting room's own door lets pass, and any other door; see data/README.md.
+#: Widths of the meeting room's own door and of all others (m), as data/README.md gives them.
 OWN_DOOR, OTHER_DOORS = 0.7, 0.9
 
 
