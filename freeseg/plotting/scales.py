@@ -102,9 +102,10 @@ def plot_bars(values, labels, ax=None, color=PALETTE["planned"]):
         )
     color, ax = check_color(color), new_axes(ax, (6, 0.35 * len(values) + 1))
     bars = ax.barh(range(len(values)), values, color=color)
-    ax.bar_label(bars, [f"{value:.3g}" for value in values], padding=3, fontsize=9)
+    texts = [np.format_float_positional(value, 3, fractional=False, trim="-") for value in values]
+    ax.bar_label(bars, texts, padding=3, fontsize=9)
     ax.set(yticks=range(len(values)), xscale="log")
     ax.set_yticklabels(labels)
     ax.invert_yaxis()
-    ax.margins(x=0.15)
+    ax.margins(x=0.25)  # room for the numbers
     return ax
