@@ -87,7 +87,6 @@ def grid_map(side, seed=0, cell=0.1):
         else:
             last[key] = len(merged)
             merged.append([a, y, b, top])
-    cell = 0.1
     world = fs.World(
         [
             fs.Polygon(np.array(shapely.box(*(cell * np.array(one))).exterior.coords[:-1]))
