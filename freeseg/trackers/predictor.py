@@ -84,22 +84,10 @@ class Predicting:
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run.
+        """The law for one run, see `SlidingMode.start`.
 
-        Parameters
-        ----------
-        reference : Reference
-            What to follow.
-        robot : Robot
-            Robot; its limits are in the prediction.
-        dt : float
-            Time for which each command is held (s).
-
-        Returns
-        -------
-        Law
-            ``law(t, pose) -> (v, omega)``, for the poses that the tracker's
-            law takes; to be called once for each time step, in their order.
+        It takes the poses that the tracker's law takes, and is to be called once
+        for each time step, in their order.
         """
         predictor = Predictor(self.delay, self.lag, reference, robot, dt)
         follow, command = self.tracker.start(reference, robot, dt), None

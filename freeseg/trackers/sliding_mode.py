@@ -41,7 +41,10 @@ class SlidingMode:
         Length l (m) in gamma = arctan(v_r y_e / (v_0 l)), v_0 the top speed
         of the reference. The paper's arctan(v_r y_e) hides it in its units.
     switching : {"sat", "sign", "tanh"}
-        Switching function; the paper's is ``"sat"``.
+        Switching function; the paper's is ``"sat"``. With ``"sign"``, k1 and
+        k2 are best little above what disturbs s1 and s2, for a held command
+        overshoots by as much as they move s in a time step: such as 0.01 m/s
+        and 0.1 rad/s, where the defaults lose the path.
     floor : float
         Least value of the denominator 1 + x_e dgamma/dy_e of w, which
         vanishes where the law is singular.
