@@ -33,3 +33,8 @@ def lesson(stem, *names):
             exec(compile(source, f"{stem}, code cell {place + 1}", "exec"), space)
     found = [space[name] for name in names]
     return found[0] if len(found) == 1 else found
+
+
+def definitions(stem, *names):
+    """As `lesson`, by name, of two names or more."""
+    return dict(zip(names, lesson(stem, *names), strict=True))

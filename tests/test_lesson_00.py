@@ -5,7 +5,7 @@ import re
 import nbformat
 import numpy as np
 import pytest
-from lessons import lesson
+from lessons import definitions, lesson
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
@@ -16,7 +16,7 @@ STEM = "00_start_here"
 @pytest.fixture(scope="module")
 def shown():
     names = ("world", "plan", "run", "planned", "tracked")
-    return dict(zip(names, lesson(STEM, *names), strict=True))
+    return definitions(STEM, *names)
 
 
 def test_nothing_is_touched_and_the_goal_is_reached(robot, shown):

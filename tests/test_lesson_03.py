@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lessons import lesson
+from lessons import definitions
 
 import freeseg as fs
 from freeseg.geometry import tangents
@@ -19,7 +19,7 @@ def shown():
     names += " best name_of draw_case goals names R_D r phi_max distance verdict phis"
     names += " literal turned sense tangent_point center radius join leave length plan shortest"
     names += " compared excess found counts agrees searches describe"
-    return dict(zip(names.split(), lesson(STEM, *names.split()), strict=True))
+    return definitions(STEM, *names.split())
 
 
 def test_the_straight_line_is_blocked_by_obstacle_4_but_misses_it(shown, robot):

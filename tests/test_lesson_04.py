@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from lessons import lesson
+from lessons import definitions
 
 import freeseg as fs
 from freeseg.path import Arc, Line
@@ -34,7 +34,7 @@ NAMES = [
 @pytest.fixture(scope="module")
 def own():
     """What the lesson defines."""
-    return dict(zip(NAMES, lesson(STEM, *NAMES), strict=True))
+    return definitions(STEM, *NAMES)
 
 
 def pieces_met(own):

@@ -5,7 +5,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 import shapely
-from lessons import lesson
+from lessons import definitions
 
 import freeseg as fs
 from freeseg.path import taut_path
@@ -46,7 +46,7 @@ NAMES = [
 @pytest.fixture(scope="module")
 def own():
     """What the lesson defines."""
-    return dict(zip(NAMES, lesson(STEM, *NAMES), strict=True))
+    return definitions(STEM, *NAMES)
 
 
 def starts(own):

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import shapely
-from lessons import lesson
+from lessons import definitions
 from numpy.testing import assert_allclose
 
 import freeseg as fs
@@ -26,7 +26,7 @@ def shown():
     """What the lesson defines, by name."""
     names = "queries", "plans", "best", "shortest_among", "exact_loop", "literal", "courtyard"
     names += "reshape", "solved_by", "shapes"
-    return dict(zip(names, lesson(STEM, *names), strict=True))
+    return definitions(STEM, *names)
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.plan import StepKind, check_plan
 from freeseg.plotting.axes import PALETTE, count_in_mm, new_axes
+from freeseg.plotting.sketches import arrow
 from freeseg.robot import as_robot
 
 #: Radius of a sketch's obstacle, as a share of the robot's.
@@ -76,8 +77,7 @@ def sketch_danger(distance, robot=None, ax=None, endpoint=None):
 
 def _measure(ax, first, last, name, shift, color="black"):
     """A dimension line between two points (m), and its name beside the middle (points)."""
-    arrow = {"arrowstyle": "<->", "color": color, "lw": 1.5, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", last, first, arrowprops=arrow, zorder=5)
+    arrow(ax, first, last, color, "<->", lw=1.5)
     style = {"ha": "center", "va": "center", "fontsize": 13, "color": color, "zorder": 6}
     ax.annotate(name, np.mean([first, last], 0), shift, textcoords="offset points", **style)
 

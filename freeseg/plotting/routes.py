@@ -93,10 +93,7 @@ def plot_round(world, path, met, robot, margin, ax=None):
     """
     met = checks.indices("met", met, len(check_world(world)), "obstacles")
     keep = turning_radius(as_robot(robot), checks.not_negative("margin", margin))
-    ax = plot_group(world, met, plot_world(world, ax))
-    for patch in ax.patches:
-        if patch.get_label() == "group":
-            patch.set_label("obstacle met")
+    ax = plot_group(world, met, plot_world(world, ax), "obstacle met")
     grown = shapely.union_all([world.cores[k].buffer(world.radii[k] + keep) for k in met])
     for k, outline in enumerate(shapely.get_parts(shapely.boundary(grown))):
         style = {"color": PALETTE["turning"], "lw": 1.3, "ls": "--", "zorder": 3}

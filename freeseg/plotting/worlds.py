@@ -295,7 +295,7 @@ def plot_band(path, robot, ax):
     return ax
 
 
-def plot_group(world, group, ax):
+def plot_group(world, group, ax, label="group"):
     """Obstacles that form a group, filled.
 
     Parameters
@@ -306,6 +306,8 @@ def plot_group(world, group, ax):
         Indices of its members.
     ax : matplotlib Axes
         Where to draw.
+    label : str, optional
+        For the legend.
 
     Returns
     -------
@@ -315,6 +317,5 @@ def plot_group(world, group, ax):
     check_axes(ax)
     for k, index in enumerate(group):
         style = {"facecolor": PALETTE["group"], "edgecolor": PALETTE["outline"], "zorder": 2.5}
-        label = None if k else "group"
-        ax.add_patch(as_patch(world.obstacles[index], **style, label=label))
+        ax.add_patch(as_patch(world.obstacles[index], **style, label=None if k else label))
     return ax
