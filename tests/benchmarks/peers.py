@@ -506,8 +506,8 @@ def show(tallies):
 def main(arguments=None):
     """Run the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[7, 20, 100], metavar="N")
-    parser.add_argument("--worlds", type=int, default=3, help="worlds of each size")
+    parser.add_argument("--sizes", type=int, nargs="+", default=[7, 20, 50, 100], metavar="N")
+    parser.add_argument("--worlds", type=int, default=10, help="worlds of each size")
     parser.add_argument("--quick", action="store_true", help="one world of 7 of each shape")
     parser.add_argument("--csv", metavar="FILE", help="write the table there, too")
     options = parser.parse_args(arguments)
