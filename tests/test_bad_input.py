@@ -315,7 +315,10 @@ CALLS = {
         {"ranges": {"any": np.ones((7, 2))}, "chosen": np.ones(7), "ax": AX},
     ),
     "plot_query": (fs.plotting.plot_query, {"start": (0, 0), "goal": (1, 1), "ax": AX}),
-    "plot_plan": (fs.plotting.plot_plan, {"world": WORLD, "plan": PLAN, "ax": AX}),
+    "plot_plan": (
+        fs.plotting.plot_plan,
+        {"world": WORLD, "plan": PLAN, "ax": AX, "numbers": None},
+    ),
     "plot_band": (fs.plotting.plot_band, {"path": SHORT, "robot": ROBOT, "ax": AX}),
     "plot_step": (
         fs.plotting.plot_step,

@@ -26,7 +26,7 @@ from freeseg.world import check_world
 SMALL = 0.045
 
 
-def plot_plan(world, plan, ax=None):
+def plot_plan(world, plan, ax=None, numbers=None):
     """A plan: obstacles, free segments, dangerous circles and path.
 
     The band is what the robot's disc sweeps.
@@ -39,13 +39,15 @@ def plot_plan(world, plan, ax=None):
         What to draw.
     ax : matplotlib Axes, optional
         Where to draw.
+    numbers : bool, optional
+        Whether to number the obstacles, see `plot_world`.
 
     Returns
     -------
     matplotlib Axes
     """
     check_plan(plan, check_world(world))
-    ax = plot_world(world, ax)
+    ax = plot_world(world, ax, numbers)
     plot_segments(plan.segments, ax)
     for index, turn in enumerate(plan.turning_points):
         plot_circle(turn.center, turn.radius, ax, label=None if index else "dangerous circle")
