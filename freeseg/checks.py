@@ -291,23 +291,31 @@ def _has_shape(found: np.ndarray, shape: tuple[int | None, ...]) -> bool:
     )
 
 
-def seed(value: Any) -> tuple[int, int]:
-    """`value` as a seed and the index of the first robot; `InvalidParameter` for anything else.
+def seed(value: Any) -> tuple[int, ...]:
+    """`value` as a seed and indices of robots; `InvalidParameter` for anything else.
 
     Parameters
     ----------
-    value : int or (int, int)
-        Seed, and optionally the index of the first robot, which is 0 by default.
+    value : int or tuple of int
+        Seed; optionally the index of the first robot, which is 0 by default; and
+        optionally the number of robots after which their numbers come again.
+
+    Returns
+    -------
+    tuple of 2 or 3 int
     """
     pair = value if isinstance(value, tuple | list) else (value, 0)
     try:
-        entropy, first = (whole("seed", entry) for entry in pair)
+        entropy, first, *again = (whole("seed", entry) for entry in pair)
+        if len(again) > 1 or 0 in again:
+            raise ValueError
     except (InvalidParameter, ValueError):
         raise InvalidParameter(
             f"seed is {shown(value)}; give a whole number from 0 on, or a pair of them: "
-            "the seed, and the index of the first robot"
+            "the seed, and the index of the first robot; or three, the last of them after "
+            "how many robots the numbers come again"
         ) from None
-    return entropy, first
+    return entropy, first, *again
 
 
 def indices(name: str, values: Any, count: int, what: str) -> tuple[int, ...]:

@@ -145,7 +145,7 @@ class Disturbance:
         return -expm1(-dt / self.lag) * self.lag / dt, exp(-dt / self.lag)
 
     def samples(
-        self, shape: tuple[int, ...], count: int, dt: float, seed: int | tuple[int, int]
+        self, shape: tuple[int, ...], count: int, dt: float, seed: int | tuple[int, ...]
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """What disturbs measurement and wheels, sample by sample.
 
@@ -157,7 +157,7 @@ class Disturbance:
             How many are asked for.
         dt : float
             Time between them (s).
-        seed : int or (int, int)
+        seed : int or tuple of int
             Seed, see `simulate`.
 
         Yields
@@ -240,14 +240,15 @@ class Motors:
 
 
 def normals(
-    seed: int | tuple[int, int], shape: tuple[int, ...], samples: int
+    seed: int | tuple[int, ...], shape: tuple[int, ...], samples: int
 ) -> Iterator[np.ndarray]:
     """Standard normal numbers, sample by sample, each robot's its own.
 
     Parameters
     ----------
-    seed : int or (int, int)
-        Seed, and the index of the first robot; 0 if there is none.
+    seed : int or tuple of int
+        Seed; the index of the first robot, 0 if there is none; and after how
+        many robots the numbers come again, never if there is none.
     shape : tuple of int
         ``()`` for one robot, ``(n,)`` for a batch.
     samples : int
@@ -259,16 +260,18 @@ def normals(
         One sample. A robot's depend on the seed and on its index alone, not
         on who else is in the batch nor on how many samples are asked for.
     """
-    entropy, first = checks.seed(seed)
+    count = int(np.prod(shape))
+    entropy, first, *again = checks.seed(seed)
+    robots = min([count, *again])
     streams = [
         np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(first + index,)))
-        for index in range(int(np.prod(shape)))
+        for index in range(robots)
     ]
     for begin in range(0, samples, BLOCK):
         drawn = np.empty((len(streams), min(BLOCK, samples - begin), CHANNELS))
         for stream, rows in zip(streams, drawn, strict=True):
             stream.standard_normal(out=rows)
-        drawn = np.ascontiguousarray(np.moveaxis(drawn, 0, -1))
+        drawn = np.ascontiguousarray(np.moveaxis(drawn, 0, -1)[..., np.arange(count) % robots])
         yield from drawn.reshape(-1, CHANNELS, *shape)
 
 

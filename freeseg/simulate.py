@@ -112,7 +112,7 @@ def simulate(
     dt: float = 0.05,
     initial_offset: ArrayLike = (0.0, 0.0, 0.0),
     disturbance: Disturbance | None = None,
-    seed: int | tuple[int, int] = 0,
+    seed: int | tuple[int, ...] = 0,
     settle: float = 0.0,
     tolerance: float = 0.01,
 ) -> Run:
@@ -137,7 +137,7 @@ def simulate(
         n robots are simulated at once.
     disturbance : Disturbance, optional
         What keeps the robot from doing what it is told.
-    seed : int or (int, int), optional
+    seed : int or tuple of int, optional
         Seed of its random numbers. Each robot of a batch has its own, which
         depend on the seed and on the robot's index in the batch, from 0 on:
         robot k of a batch with seed s is, bit for bit, the single robot with
@@ -258,7 +258,7 @@ def drive(
     steps: int,
     robot: Robot | None = None,
     disturbance: Disturbance | None = None,
-    seed: int | tuple[int, int] = 0,
+    seed: int | tuple[int, ...] = 0,
     stop: Callable[[float, np.ndarray], bool] | None = None,
 ) -> Run:
     """Drive a robot by a law, from rest: the closed loop, which needs no reference.

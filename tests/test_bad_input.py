@@ -18,7 +18,16 @@ import freeseg as fs
 from freeseg import data, studies
 from freeseg.checks import shown
 from freeseg.segments import find_endpoints
-from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
+from freeseg.studies import (
+    comparing,
+    courses,
+    planning,
+    runner,
+    sizes,
+    statistics,
+    tracking,
+    tuning,
+)
 from freeseg.teaching import quietly, variant_seed
 
 # What is compiled is so before a clock runs.
@@ -32,6 +41,7 @@ RUN = fs.simulate(fs.SlidingMode(), REFERENCE)
 BATCH = fs.simulate(fs.SlidingMode(), REFERENCE, initial_offset=np.zeros((3, 2)))
 CHAIN = fs.free_segments(WORLD)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
+ORDER = statistics.order([statistics.Difference("one", "other", -2, -3, -1)])
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 ROBOT = fs.KheperaIV()
 
@@ -401,7 +411,11 @@ CALLS = {
         statistics.sequential,
         {"values": [0, 1], "bounds": (-1, 1), "margin": 0.1, "level": 0.9},
     ),
-    "separated": (statistics.separated, {"intervals": {"one": (0, 1), "other": (2, 3)}}),
+    "hypervolume": (statistics.hypervolume, {"points": [(0, 1)], "worst": (2, 2)}),
+    "linearised": (
+        statistics.linearised,
+        {"values": np.ones((2, 2, 2, 2)), "statistic": np.sum, "step": 1e-6},
+    ),
     "run": (
         lambda **given: list(runner.run(**given)),
         {
@@ -464,9 +478,58 @@ CALLS = {
     ),
     # What is good for the rest would take minutes.
     "held_out": (partial(tracking.held_out, fs.SlidingMode()), {"speed": 0.1}),
-    "training_score": (tuning.training_score, {"tracker": fs.SlidingMode()}),
-    "tune": (partial(tuning.tune, seed=0), {"name": "Pid", "budget": 16}),
-    "load_gains": (tuning.load_gains, {"file": data.DATA / "gains.csv"}),
+    "disturbed": (tracking.disturbed, {"times": 3}),
+    "ranges": (tuning.ranges, {"name": "Pid", "form": "told"}),
+    "make_tracker": (
+        tuning.make_tracker,
+        {
+            "name": "PurePursuit",
+            "form": "plain",
+            "gains": {"lookahead": 0.1, "k_x": 1.0},
+            "times": 2,
+        },
+    ),
+    # What is good for the rest would take minutes.
+    "training_numbers": (
+        partial(tuning.training_numbers, "PurePursuit", "plain", replicate=0),
+        {"gains": {"lookahead": np.ones(1), "k_x": np.ones(1)}, "regime": "fast"},
+    ),
+    "tune": (
+        partial(tuning.tune, form="plain", regime="fast", replicate=0),
+        {"name": "PurePursuit"},
+    ),
+    "load_gains": (
+        tuning.load_gains,
+        {
+            "file": data.DATA / "gains.csv",
+            "form": "plain",
+            "regime": "nominal",
+            "price": 0.02,
+        },
+    ),
+    "judge": (
+        partial(comparing.judge, regime="fast", courses=1),
+        {"tracker": fs.SlidingMode()},
+    ),
+    "load_comparison": (comparing.load_comparison, {"file": data.DATA / "comparison.npz"}),
+    "local_gains": (comparing.local_gains, {"tracker": fs.SlidingMode(), "speed": 0.1}),
+    "plot_fronts": (
+        fs.plotting.plot_fronts,
+        {"fronts": {"one": np.ones((2, 2))}, "colors": {"one": "red"}, "ax": AX},
+    ),
+    "plot_intervals": (
+        fs.plotting.plot_intervals,
+        {
+            "intervals": {"kind": {"one": (1, 0, 2)}},
+            "margin": 1,
+            "ax": AX,
+            "colors": {"kind": "red"},
+        },
+    ),
+    "plot_order": (
+        fs.plotting.plot_order,
+        {"order": ORDER, "means": {"one": 1.0, "other": 2.0}, "ax": AX},
+    ),
     "read_csv": (
         data.read_csv,
         {"path": data.DATA / "khepera4.csv", "columns": {"parameter": str}},

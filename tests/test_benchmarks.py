@@ -8,10 +8,11 @@ import nbformat
 import numpy as np
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
+from numpy.testing import assert_allclose
 
 import freeseg as fs
 from freeseg.path import Arc
-from freeseg.studies import courses
+from freeseg.studies import comparing, tuning
 
 FOLDER = Path(__file__).parent / "benchmarks"
 
@@ -105,43 +106,24 @@ def test_mpc(capsys):
     assert float(differs[1]) < 2
 
 
-def test_tune_trackers(tmp_path, monkeypatch, capsys):
-    script = load("tune_trackers")
-    # Not the searches, which take minutes; one seed is better on the courses that count.
-    found = {("Lqr", 0): 0.002, ("Lqr", 1): 0.001, ("PurePursuit", 0): 0.1, ("PurePursuit", 1): 0.2}
-
-    def search(name, seed, budget):
-        row = {"tracker": name, "gain": "k", "value": 0.5, "budget": budget, "seed": seed}
-        return [row | {"score": found[name, seed], "held_out": 0.003}]
-
-    monkeypatch.setattr(script, "search", search)
-    file = tmp_path / "gains.csv"
-    script.main(["PurePursuit"], 16, file)
-    script.main(["Lqr"], 32, file)
-    assert (
-        "PurePursuit            seed 1: training 200.000 mm, held out 3.000"
-        in capsys.readouterr().out
-    )
-    rows = [line.split(",") for line in file.read_text().splitlines()]
-    assert rows[0] == ["tracker", "gain", "value", "budget", "seed", "score", "held_out", "chosen"]
-    # The rows of a tracker that was not named stay.
-    assert [(row[0], row[3], row[4], row[7]) for row in rows[1:]] == [
-        ("Lqr", "32", "0", "0"),
-        ("Lqr", "32", "1", "1"),
-        ("PurePursuit", "16", "0", "1"),
-        ("PurePursuit", "16", "1", "0"),
-    ]
-
-
-def test_a_search_of_the_benchmark(monkeypatch):
-    script = load("tune_trackers")
-    course = courses.paper_courses()[1:]
-    monkeypatch.setattr(script.tuning, "random_courses", lambda *_: course)
-    monkeypatch.setattr(script.tracking, "held_out_courses", lambda *_: course)
-    row, _ = script.search("PurePursuit", 0, script.tuning.POPULATION)
-    assert row["tracker"] == "PurePursuit"
-    assert 0 < row["score"] < 0.01
-    assert 0 < row["held_out"] < 0.01
+def test_compare_trackers(tmp_path, monkeypatch):
+    # One law of two, one replicate and one cell, in place of hours.
+    script = load("compare_trackers")
+    monkeypatch.setattr(script, "LAWS", ("PurePursuit",))
+    monkeypatch.setattr(script.tuning, "REPLICATES", 1)
+    monkeypatch.setattr(script.tuning, "RANGES", {"PurePursuit": tuning.RANGES["PurePursuit"]})
+    cells = (comparing.Cell("observed", "fast"),)
+    monkeypatch.setattr(script.comparing, "CELLS", cells)
+    monkeypatch.setattr(script.tuning, "GENERATIONS", 1)
+    judged = comparing.JUDGED | {"courses": 2, "robots": 3}
+    monkeypatch.setattr(script.comparing, "JUDGED", judged)
+    script.main(jobs=1, folder=tmp_path)
+    (one,) = tuning.load_gains(tmp_path / "gains.csv", "observed", "fast")["PurePursuit"]
+    assert 0 < one.score < 0.1
+    with np.load(tmp_path / "comparison.npz") as stored:
+        assert stored["position_rms_m"].shape == (1, 1, 2, 3, 1)
+        again = comparing.judge(one.tracker, "fast")["position_rms_m"]
+        assert_allclose(stored["position_rms_m"][0, 0, ..., 0], again, rtol=1e-6)
 
 
 def test_tracker_steps(capsys):

@@ -175,7 +175,8 @@ def test_numbers_in_any_dress_become_a_tuple_of_floats(values):
         [],
         np.array([]),
         (1,),
-        (1, 2, 3),
+        (1, 2, 3, 4),
+        (1, 2, 0),
         (1, None),
         (1, "2"),
         (1, True),
@@ -406,7 +407,8 @@ def test_a_seed_is_a_whole_number_or_a_pair(value, expected):
         (),
         [],
         (7,),
-        (1, 2, 3),
+        (1, 2, 3, 4),
+        (1, 2, 0),
         (7, -1),
         (7, None),
         (7, "3"),
@@ -420,7 +422,7 @@ def test_a_seed_is_a_whole_number_or_a_pair(value, expected):
 def test_what_is_no_seed(value):
     message = message_of(checks.seed, value)
     assert message.startswith(f"seed is {checks.shown(value)}; give a whole number from 0 on, or ")
-    assert message.endswith("the seed, and the index of the first robot")
+    assert "a pair of them: the seed, and the index of the first robot; or three" in message
 
 
 # --- messages ------------------------------------------------------------------------------------

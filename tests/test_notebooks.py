@@ -32,7 +32,6 @@ LONG = {
     "09_track_the_planned_paths",
     "10_tune_a_pid_baseline",
     "11_build_an_mpc_tracker",
-    "12_compare_the_trackers",
 }
 
 

@@ -159,9 +159,24 @@ def test_many_runs_are_taken_in_parts(monkeypatch):
     assert_allclose([d[2:] for d in statistics.differences(runs)], [d[2:] for d in whole])
 
 
-def test_intervals_that_overlap_are_not_ranked():
-    intervals = {"a": (1, 2), "b": (1.5, 3), "c": (2.5, 4), "d": (3, 5)}
-    assert statistics.separated(intervals) == [("a", "c"), ("a", "d")]
+def test_a_front_leaves_an_area_to_the_worst():
+    front = [(3, 1), (1, 3), (2, 2)]
+    assert statistics.hypervolume(front, (4, 4)) == 1 + 2 + 3
+    # What is beaten, or beyond the worst, adds nothing.
+    assert statistics.hypervolume([*front, (2.5, 3.5), (5, 0.5), (9, 9)], (4, 4)) == 6
+    assert statistics.hypervolume([(5, 1)], (4, 4)) == 0
+
+
+def test_a_function_of_means_is_covered_as_often_as_the_interval_says(few):
+    # The ratio of two means, 2 in truth.
+    rng, covered = np.random.default_rng(2), 0
+    for _ in range(REPEATS // 5):
+        runs = study(rng, (8, 6, 5), laws=2) + np.array([40, 20])[:, None, None, None]
+        ratio = statistics.linearised(runs, lambda means: means[0] / means[1])
+        assert ratio.mean() == pytest.approx(runs[0].mean() / runs[1].mean(), rel=1e-12)
+        low, high = statistics.interval(ratio, studentised=True)
+        covered += low <= 2 <= high
+    assert 0.93 <= covered / (REPEATS // 5) <= 0.99
 
 
 @pytest.mark.parametrize(
@@ -349,9 +364,10 @@ def test_too_few_numbers_are_refused(values):
         (lambda: statistics.differences({"a": RUNS}), "values has 1 laws"),
         (lambda: statistics.differences({"a": RUNS, "b": RUNS.T}), "values has 2 laws"),
         (lambda: statistics.differences({"a": RUNS, "b": "good"}), "values of 'b' is"),
-        (lambda: statistics.separated({"one": (0, 1, 2)}), "interval of 'one' is"),
-        (lambda: statistics.separated({"one": (1, 0)}), "give the lower end first"),
-        (lambda: statistics.separated([(0, 1)]), "intervals is"),
+        (lambda: statistics.hypervolume([(0, 1, 2)], (3, 3)), "points has shape"),
+        (lambda: statistics.hypervolume([(0, 1)], 3), "worst is 3"),
+        (lambda: statistics.linearised(np.zeros((1, 4, 4, 4)), sum), "a quantity of mean 0"),
+        (lambda: statistics.linearised(RUNS, sum), "values has shape"),
         (lambda: statistics.verdict(1, 0), "give the lower end first"),
         (lambda: statistics.verdict(0, 1, -0.1), "margin is -0.1"),
         (lambda: statistics.order([("a", "b", 0, 0, 0)]), "found is"),

@@ -2,6 +2,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+import shapely
 from numpy.testing import assert_allclose, assert_array_equal
 
 import freeseg as fs
@@ -9,21 +10,15 @@ from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.studies import courses, tracking, tuning
 from freeseg.studies.tuning import RANGES, Tuned
 
-TUNED = tuning.load_gains()
-EVERY = [(name, one) for name, seeds in TUNED.items() for one in seeds]
 
-
-def test_ranges_are_decades_round_the_defaults():
+def test_ranges_hold_the_defaults_in_their_middle():
     for name, ranges in RANGES.items():
         default = getattr(fs, name)()
         assert set(ranges) <= {gain.name for gain in fields(default)}
-        decades = 2 if name in ("Lqr", "Mpc") else 1
         for gain, (low, high) in ranges.items():
             value = getattr(default, gain)
-            assert low <= value <= high
-            assert np.log10(high / low) >= 2 * decades - 1e-9
-            assert high / value == pytest.approx(10**decades, rel=0.05)
-            assert value / low >= 9.5**decades
+            assert low < value < high
+            assert min(value / low, high / value) >= 10
 
 
 def test_courses_repeat_and_differ():
@@ -105,79 +100,142 @@ def test_a_collision_costs():
     assert_allclose(hit, free + 1, rtol=1e-12)
 
 
-def test_a_solver_that_gives_up_is_the_worst():
-    class GivesUp:
-        def start(self, reference, robot, dt):
-            raise fs.SolverFailed("no command")
+def test_a_solver_that_gives_up_is_the_worst(monkeypatch):
+    def evaluate(*_):
+        raise fs.SolverFailed("no command", 0.0, "stuck")
 
-    assert tuning.training_score(GivesUp()) == np.inf
+    monkeypatch.setattr(tuning, "evaluate", evaluate)
+    gains = {gain: np.array([0.1, 0.2]) for gain in RANGES["Mpc"]}
+    numbers = tuning.training_numbers("Mpc", "plain", gains, "nominal", 0)
+    assert all((values == np.inf).all() and len(values) == 2 for values in numbers.values())
 
 
-def test_a_search_repeats_and_beats_the_default(monkeypatch):
-    # One short course, for the search is what is tested here.
-    short, _ = courses.make_course("short", fs.World([]), (0, 0), (0.2, 0.1))
-    monkeypatch.setattr(tuning, "random_courses", lambda *_: [short])
-    calls = []
-    score = tuning.training_score
+@pytest.fixture
+def short(monkeypatch):
+    """One short course, where the search is what is tested."""
+    course, _ = courses.make_course("short", fs.World([]), (0, 0), (0.2, 0.1))
+    monkeypatch.setattr(tuning, "random_courses", lambda *_: [course])
 
-    def counted(tracker):
-        calls.append(tracker)
-        return score(tracker)
 
-    monkeypatch.setattr(tuning, "training_score", counted)
-    gains, best = tuning.tune("PurePursuit", 1, 32)
-    assert len(calls) == 32
-    assert calls[0] == fs.PurePursuit()
-    assert best == score(fs.PurePursuit(**gains)) < score(fs.PurePursuit())
-    for gain, (low, high) in RANGES["PurePursuit"].items():
-        assert all(low <= getattr(call, gain) <= high for call in calls)
-    assert tuning.tune("PurePursuit", 1, 32) == (gains, best)
-    assert tuning.tune("PurePursuit", 2, 32) != (gains, best)
+@pytest.mark.parametrize("name", [name for name in RANGES if name != "Mpc"])
+def test_candidates_in_a_batch_are_what_they_are_alone(name, short):
+    rng = np.random.default_rng(5)
+    ranges = tuning.ranges(name, "observed")
+    gains = {
+        gain: np.sqrt(low * high) * 3.0 ** rng.uniform(-1, 1, 3)
+        for gain, (low, high) in ranges.items()
+    }
+    together = tuning.training_numbers(name, "observed", gains, "nominal", 0)
+    for k in range(3):
+        alone = {gain: values[[k]] for gain, values in gains.items()}
+        numbers = tuning.training_numbers(name, "observed", alone, "nominal", 0)
+        for key, values in together.items():
+            assert values[k] == pytest.approx(numbers[key][0], rel=1e-9)
+
+
+def test_a_search_repeats_and_beats_the_middle_of_the_ranges(short):
+    search = "PurePursuit", "observed", "nominal"
+    (gains, best), (calm, _) = tuning.tune(*search, 1, (0.02, 0.2))
+    ranges = tuning.ranges(*search[:2])
+    assert all(low <= gains[gain] <= high for gain, (low, high) in ranges.items())
+
+    def numbers(gains):
+        found = {gain: np.array([value]) for gain, value in gains.items()}
+        return {key: v[0] for key, v in tuning.training_numbers(*search[:2], found, *ends).items()}
+
+    ends = search[2], 1
+    found = numbers(gains)
+    assert best == pytest.approx(found["position_rms_m"] + 0.02 * found["roughness_m_s2"])
+    middle = numbers({gain: np.sqrt(low * high) for gain, (low, high) in ranges.items()})
+    assert best < middle["position_rms_m"] + 0.02 * middle["roughness_m_s2"]
+    # At a higher price, calmer gains are better, or the same.
+    assert numbers(calm)["roughness_m_s2"] <= found["roughness_m_s2"]
+    assert tuning.tune(*search, 1, (0.02, 0.2)) == [(gains, best), (calm, _)]
+    assert tuning.tune(*search, 2)[0][0] != gains
 
 
 @pytest.mark.parametrize(
-    ("name", "seed", "budget"),
-    [("Bicycle", 0, 32), ("Lqr", 0, 0), ("Lqr", 0, 50), ("Lqr", 0, 32.5), ("Lqr", -1, 32)],
+    ("search", "named"),
+    [
+        (("Bicycle", "plain", "nominal", 0), "tracker is 'Bicycle'"),
+        (("Lqr", "fancy", "nominal", 0), "form is 'fancy'"),
+        (("Lqr", "plain", "icy", 0), "regime is 'icy'"),
+        (("Lqr", "plain", "nominal", -1), "replicate is -1"),
+        (("Lqr", "plain", "nominal", 0, (0.0,)), "prices is"),
+    ],
 )
-def test_a_search_that_makes_no_sense_is_refused(name, seed, budget):
-    with pytest.raises(InvalidParameter, match=r"choose one|give a (multiple|whole)"):
-        tuning.tune(name, seed, budget)
+def test_a_search_that_makes_no_sense_is_refused(search, named):
+    with pytest.raises(InvalidParameter, match=named):
+        tuning.tune(*search)
 
 
-def test_every_tracker_is_tuned_with_the_same_budget():
-    assert list(TUNED) == list(RANGES)
-    assert {one.budget for _, one in EVERY} == {tuning.BUDGET}
-    for seeds in TUNED.values():
-        assert [one.seed for one in seeds] == [0, 1]
-        (chosen,) = [one for one in seeds if one.chosen]
-        assert chosen.score == min(one.score for one in seeds)
+def test_a_law_is_told_what_its_form_says():
+    gains = {"k_x": 2.0, "k_y": 100.0, "k_alpha": 20.0}
+    assert tuning.make_tracker("Kanayama", "plain", gains) == fs.Kanayama()
+    told = tuning.make_tracker("Kanayama", "told", gains | {"preview": 0.1}, 3)
+    assert told == fs.Predicting(fs.Kanayama(preview=0.1), 3 * 0.05, 3 * 0.03)
+    gains = dict.fromkeys(RANGES["Mpc"], 0.1) | {"observer": 2.0}
+    mpc = tuning.make_tracker("Mpc", "observed", gains)
+    assert (mpc.delay, mpc.lag, mpc.observer) == (0.05, 0.03, 2.0)
+    with pytest.raises(InvalidParameter, match="gains is"):
+        tuning.make_tracker("Kanayama", "told", {"k_x": 1.0})
 
 
-@pytest.mark.parametrize(("name", "tuned"), EVERY, ids=lambda part: getattr(part, "seed", part))
-def test_stored_gains_have_the_stored_score(name, tuned):
-    assert isinstance(tuned, Tuned)
-    for gain, (low, high) in RANGES[name].items():
-        assert low <= getattr(tuned.tracker, gain) <= high
-    assert tuning.training_score(tuned.tracker) == pytest.approx(tuned.score, rel=1e-6)
+@pytest.mark.parametrize("form", tuning.FORMS)
+def test_every_law_is_tuned_in_every_form(form):
+    tuned = tuning.load_gains(form=form)
+    assert list(tuned) == list(RANGES)
+    for name, replicates in tuned.items():
+        assert [one.replicate for one in replicates] == list(range(tuning.REPLICATES))
+        assert all(isinstance(one, Tuned) for one in replicates)
+        best = replicates[0].tracker
+        gains = {}
+        for gain, (low, high) in tuning.ranges(name, form).items():
+            gains[gain] = (
+                getattr(best, gain) if hasattr(best, gain) else getattr(best.tracker, gain)
+            )
+            assert low <= gains[gain] <= high
+        if name != "Mpc":
+            one = {gain: np.array([value]) for gain, value in gains.items()}
+            found = tuning.training_numbers(name, form, one, "nominal", 0)
+            score = found["position_rms_m"] + tracking.ROUGHNESS * found["roughness_m_s2"]
+            assert score[0] == pytest.approx(replicates[0].score, rel=1e-6)
 
 
-def test_gains_that_no_tracker_has_are_refused(tmp_path):
+def test_gains_that_no_law_has_are_refused(tmp_path):
     file = tmp_path / "gains.csv"
-    header = "tracker,gain,value,budget,seed,score,held_out,chosen\n"
-    for row in ("Lqr,k9,1,200,0,0.1,0.1,1", "Bicycle,k,1,200,0,0.1,0.1,1"):
+    header = "tracker,form,regime,price,replicate,gain,value,score\n"
+    same = "plain,nominal,0.02,0"
+    for row in (f"Lqr,{same},k9,1,0.1", f"Bicycle,{same},k,1,0.1"):
         file.write_text(header + row + "\n")
-        with pytest.raises(InvalidData, match="has no gain"):
+        with pytest.raises((InvalidData, InvalidParameter), match=r"has no gain|tracker is"):
             tuning.load_gains(file)
-    file.write_text(header + "Lqr,q_x,1,200,0,0.1,0.1,1\n")
-    with pytest.raises(InvalidData, match="seed 0 lacks"):
+    file.write_text(header + f"Lqr,{same},q_x,1,0.1\n")
+    with pytest.raises(InvalidData, match="replicate 0 lacks"):
         tuning.load_gains(file)
-    rest = "Lqr,q_y,1,200,0,0.1,0.1,1\nLqr,q_alpha,1,200,0,0.1,0.1,1\n"
-    file.write_text(header + "Lqr,q_x,-1,200,0,0.1,0.1,1\n" + rest)
+    with pytest.raises(InvalidData, match="no gains of the form told"):
+        tuning.load_gains(file, "told")
+    rest = f"Lqr,{same},q_y,1,0.1\nLqr,{same},q_alpha,1,0.1\n"
+    file.write_text(header + f"Lqr,{same},q_x,-1,0.1\n" + rest)
     with pytest.raises(InvalidParameter, match="q_x"):
         tuning.load_gains(file)
-    file.write_text(header + "Lqr,q_x,nan,200,0,0.1,0.1,1\n")
+    file.write_text(header + f"Lqr,{same},q_x,nan,0.1\n")
     with pytest.raises(InvalidData, match="row 2"):
         tuning.load_gains(file)
+
+
+def test_disturbances_grow_together():
+    assert tracking.disturbed(1) == tracking.DISTURBANCE
+    worse = tracking.disturbed(3)
+    assert worse.delay == pytest.approx(0.15)
+    assert worse.slip == pytest.approx(np.multiply(3, tracking.DISTURBANCE.slip))
+    assert worse.slip_time == tracking.DISTURBANCE.slip_time
+
+
+def test_a_course_begins_with_the_room_that_it_is_given(robot):
+    for course in courses.random_courses(2, 300, room=0.06):
+        start = course.reference.pose[:2, 0]
+        assert course.world.distances(shapely.Point(start)).min() >= robot.radius + 0.06
 
 
 def test_what_a_study_is_given_wrongly_is_named():
@@ -193,7 +251,9 @@ def test_what_a_study_is_given_wrongly_is_named():
         (lambda: tracking.drive_course(fs.Mpc(), course, offsets, "0"), "seed is"),
         (lambda: tracking.evaluate(fs.Pid(), course, offsets, 0), "courses is"),
         (lambda: tracking.evaluate(fs.Pid(), [], offsets, 0), "courses is"),
-        (lambda: tuning.tune("Pid", 0, 10**400), "budget is"),
+        (lambda: courses.random_courses(1, 0, room=-1), "room is -1"),
+        (lambda: courses.random_courses(1, 0, room=1), "room is 1"),
+        (lambda: courses.spread_offsets(1, 0, (1, -1)), "offset is"),
     ):
         with pytest.raises(fs.InvalidParameter, match=named):
             call()

@@ -8,6 +8,7 @@ world or no position, `InvalidQuery`.
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
+from freeseg.plotting.comparisons import plot_fronts, plot_intervals, plot_order
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.robots import (
@@ -61,10 +62,13 @@ __all__ = [
     "plot_endpoints",
     "plot_errors",
     "plot_free_space",
+    "plot_fronts",
     "plot_group",
     "plot_growth",
+    "plot_intervals",
     "plot_limits",
     "plot_met",
+    "plot_order",
     "plot_path",
     "plot_plan",
     "plot_potential",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from shapely import Point
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter, NoPath
@@ -39,6 +40,9 @@ HELD_OUT = {"courses": 12, "robots": 8, "seed": 1000}
 
 #: More of them would not fit into memory, or take days.
 MOST_COURSES, MOST_ROBOTS = 10_000, 1_000_000
+
+#: Few random worlds leave more than that round a start (m).
+MOST_ROOM = 0.2
 
 #: Planner of the random courses.
 ROOMS_FIRST = with_fallback(plan_rooms, shortest_path)
@@ -105,7 +109,9 @@ def needed_variation(reference: Reference) -> float:
     return float(np.abs(np.diff(wheels, prepend=0.0)).sum(-1).max())
 
 
-def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Course, ...]:
+def random_courses(
+    courses: int, seed: int, speed: float = SPEED, room: float = 0.0
+) -> tuple[Course, ...]:
     """Courses through random worlds that take some turning.
 
     Parameters
@@ -117,6 +123,9 @@ def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Cours
         hardly worth driving, are left out.
     speed : float, optional
         Cruising speed (m/s).
+    room : float, optional
+        How far from every obstacle the robot's rim is at the start (m), for robots
+        that begin beside it: worlds where it is nearer are left out.
 
     Returns
     -------
@@ -125,15 +134,19 @@ def random_courses(courses: int, seed: int, speed: float = SPEED) -> tuple[Cours
     Raises
     ------
     InvalidParameter
-        For less than one course or over `MOST_COURSES`, what is no seed, or no
-        speed that the robot can drive at.
+        For less than one course or over `MOST_COURSES`, what is no seed, no
+        speed that the robot can drive at, or a room that is negative or more
+        than random worlds leave.
     """
     courses, seed = _how_many("courses", courses, MOST_COURSES), checks.whole("seed", seed)
-    return _random_courses(courses, seed, checks.positive("speed", speed))
+    room = checks.not_negative("room", room)
+    if room > MOST_ROOM:
+        raise InvalidParameter(f"room is {room:g} m; give at most {MOST_ROOM:g} m")
+    return _random_courses(courses, seed, checks.positive("speed", speed), room)
 
 
 @cache
-def _random_courses(courses: int, seed: int, speed: float) -> tuple[Course, ...]:
+def _random_courses(courses: int, seed: int, speed: float, room: float) -> tuple[Course, ...]:
     def tries() -> Iterator[Course]:
         for k in count(seed):
             world = random_world(OBSTACLES, k)
@@ -142,7 +155,9 @@ def _random_courses(courses: int, seed: int, speed: float) -> tuple[Course, ...]
                 course, worth = make_course(f"random {k}", world, *ends, speed)
             except NoPath:
                 continue
-            if worth:
+            start = Point(*course.reference.pose[:2, 0])
+            free = world.distances(start).min() - KheperaIV().radius
+            if worth and free >= room:
                 yield course
 
     return tuple(islice(tries(), courses))
@@ -175,8 +190,8 @@ def _how_many(name: str, value: int, most: int) -> int:
     return found
 
 
-def spread_offsets(robots: int, seed: int) -> np.ndarray:
-    """Offsets of some robots, spread evenly over the disc and the angles of `OFFSET`.
+def spread_offsets(robots: int, seed: int, offset: tuple[float, float] = OFFSET) -> np.ndarray:
+    """Offsets of some robots, spread evenly over a disc and angles.
 
     Parameters
     ----------
@@ -184,6 +199,8 @@ def spread_offsets(robots: int, seed: int) -> np.ndarray:
         How many.
     seed : int
         Equal seeds give equal offsets.
+    offset : (float, float), optional
+        Radius of the disc (m), and the largest angle (rad).
 
     Returns
     -------
@@ -194,12 +211,14 @@ def spread_offsets(robots: int, seed: int) -> np.ndarray:
     Raises
     ------
     InvalidParameter
-        For less than one robot or over `MOST_ROBOTS`, or what is no seed.
+        For less than one robot or over `MOST_ROBOTS`, what is no seed, or no two
+        numbers that are not negative.
     """
     robots, seed = _how_many("robots", robots, MOST_ROBOTS), checks.whole("seed", seed)
+    most = [checks.not_negative("offset", end) for end in checks.numbers("offset", offset, 2)]
     from scipy.stats import qmc
 
     radius, direction, turned = qmc.LatinHypercube(3, rng=seed).random(robots).T
-    distance, angle = OFFSET[0] * np.sqrt(radius), 2 * np.pi * direction
-    turned = OFFSET[1] * (2 * turned - 1)
+    distance, angle = most[0] * np.sqrt(radius), 2 * np.pi * direction
+    turned = most[1] * (2 * turned - 1)
     return np.stack([distance * np.cos(angle), distance * np.sin(angle), turned])

@@ -1,6 +1,6 @@
 """What a study shows, and how sure it is: intervals, differences, orders, shares."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -167,39 +167,6 @@ def interval(
     total = np.einsum(f"{axes},{'b,'.join(axes)}b->b", values, *counts, optimize=True)
     low, high = np.percentile(total / values.size, [50 - 50 * level, 50 + 50 * level])
     return float(low), float(high)
-
-
-def separated(intervals: Mapping[str, tuple[float, float]]) -> list[tuple[str, str]]:
-    """Which of some intervals lie apart.
-
-    Parameters
-    ----------
-    intervals : dict
-        Name to (low, high).
-
-    Returns
-    -------
-    list of (str, str)
-        Pairs of names, the lower interval first; where two overlap, nothing
-        is said of their order.
-
-    Raises
-    ------
-    InvalidParameter
-        For what are no intervals.
-    """
-    checks.instance("intervals", intervals, Mapping, "a dict of name to (low, high)")  # type: ignore[type-abstract]
-    for name, ends in intervals.items():
-        low, high = checks.numbers(f"interval of {checks.shown(name)}", ends, 2)
-        if low > high:
-            what = f"interval of {checks.shown(name)}"
-            raise InvalidParameter(f"{what} is {checks.shown(ends)}; give the lower end first")
-    return [
-        (lower, upper)
-        for lower, (_, high) in intervals.items()
-        for upper, (low, _) in intervals.items()
-        if high < low
-    ]
 
 
 def differences(
@@ -472,6 +439,78 @@ def sequential(
     first = int(np.argmax(said != UNDECIDED))
     decided = said[first] != UNDECIDED
     return Sequential(lows, highs, str(said[first]), first + 1 if decided else None)
+
+
+def hypervolume(points: ArrayLike, worst: ArrayLike) -> float:
+    """Area that a front leaves to the worst: the larger, the better the front.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 2)
+        What is to be small, such as error and roughness, of each point of the front.
+    worst : array_like, shape (2,)
+        Corner up to which the area is counted.
+
+    Returns
+    -------
+    float
+        Area of all that is no better than some point, and better than the worst.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no points.
+
+    Notes
+    -----
+    E. Zitzler and L. Thiele, "Multiobjective evolutionary algorithms: a comparative
+    case study and the strength Pareto approach", IEEE Transactions on
+    Evolutionary Computation 3, 1999.
+    """
+    points = checks.array("points", points, (None, 2), unit="two numbers each")
+    worst = checks.numbers("worst", worst, 2)
+    x, y = np.minimum(points[np.argsort(points[:, 0])], worst).T
+    return float(np.diff(x, append=worst[0]) @ (worst[1] - np.minimum.accumulate(y)))
+
+
+def linearised(
+    values: ArrayLike, statistic: Callable[[np.ndarray], float], step: float = 1e-6
+) -> np.ndarray:
+    """Numbers of runs whose mean is a function of means, to first order.
+
+    Parameters
+    ----------
+    values : array_like, shape (quantities, courses, robots, replicates)
+        Several numbers of each run.
+    statistic : callable
+        ``statistic(means)`` of the means of the quantities, shape (quantities,).
+    step : float, optional
+        Change of a mean, relative, by which the derivatives are found.
+
+    Returns
+    -------
+    ndarray, shape (courses, robots, replicates)
+        For `interval` and `differences`: the delta method.
+
+    Raises
+    ------
+    InvalidParameter
+        For values that are no numbers, of another shape, or of mean zero.
+
+    Notes
+    -----
+    The mean of the numbers is the statistic of the means. Their spread is
+    that of the statistic, so far as this is linear over the spread of the means.
+    """
+    values = checks.array("values", values, (None, None, None, None), unit="one a run")
+    step, means = checks.positive("step", step), values.mean((1, 2, 3))
+    if not means.all():
+        raise InvalidParameter("values has a quantity of mean 0; leave it out, or give others")
+    moves = np.diag(step * means)
+    slopes = np.array(
+        [(statistic(means + move) - statistic(means - move)) / (2 * move.sum()) for move in moves]
+    )
+    return statistic(means) + np.tensordot(slopes, values - means[:, None, None, None], 1)
 
 
 def _level(level: float) -> float:

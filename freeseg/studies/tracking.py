@@ -4,9 +4,9 @@ All of the protocol is an assumption, for the paper compares no trackers.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import SPEED
 from freeseg.simulate import POSE_UNITS, Run, simulate
-from freeseg.studies.courses import DT, HELD_OUT, Course, held_out_courses, spread_offsets
+from freeseg.studies.courses import DT, HELD_OUT, OFFSET, Course, held_out_courses, spread_offsets
 from freeseg.studies.runner import run
 from freeseg.studies.store import COLUMNS
 
@@ -43,11 +43,50 @@ ROUGHNESS, COLLISION = 0.02, 1.0
 SINGLE = ("Mpc",)
 
 
+class Regime(NamedTuple):
+    """What trackers are compared under.
+
+    Attributes
+    ----------
+    speed : float
+        Cruising speed (m/s).
+    offset : (float, float)
+        How far from the reference a robot begins at most (m, rad).
+    room : float
+        How far from every obstacle a course begins, see `random_courses` (m).
+    times : float
+        By which `DISTURBANCE` is multiplied.
+    """
+
+    speed: float = SPEED
+    offset: tuple[float, float] = OFFSET
+    room: float = 0.0
+    times: float = 1.0
+
+
+#: The regimes by name. At 0.5 m/s the wheels come to their limits. Where all that disturbs is
+#: three times as strong, nobody is tuned anew.
+REGIMES = {
+    "nominal": Regime(),
+    "far starts": Regime(offset=(0.05, np.radians(60)), room=0.06),
+    "fast": Regime(speed=0.5),
+    "disturbed": Regime(times=3.0),
+}
+
+
+def disturbed(times: float) -> Disturbance:
+    """`DISTURBANCE`, so many times as strong; its correlation time stays."""
+    times = checks.not_negative("times", times)
+    strengths = (one.name for one in fields(Disturbance) if one.name != "slip_time")
+    made = {one: times * np.asarray(getattr(DISTURBANCE, one)) for one in strengths}
+    return replace(DISTURBANCE, **{one: values.tolist() for one, values in made.items()})
+
+
 def drive_course(
     tracker: Any,
     course: Course,
     offsets: np.ndarray,
-    seed: int | tuple[int, int],
+    seed: int | tuple[int, ...],
     disturbance: Disturbance = DISTURBANCE,
 ) -> Run:
     """Robots that follow a course with one tracker, each with its own noise.
@@ -60,7 +99,7 @@ def drive_course(
         What to follow.
     offsets : ndarray, shape (3, n)
         Where they begin.
-    seed : int or (int, int)
+    seed : int or tuple of int
         Of their noise and slip, see `simulate`.
     disturbance : Disturbance, optional
         What disturbs them.
@@ -77,14 +116,15 @@ def drive_course(
     """
     checks.instance("course", course, Course, "a Course, such as one of paper_courses()")
     offsets = checks.array("offsets", offsets, (3, None), unit=POSE_UNITS)
-    entropy, first = checks.seed(seed)
+    entropy, first, *again = checks.seed(seed)
 
-    def run(offset: np.ndarray, seed: int | tuple[int, int]) -> Run:
+    def run(offset: np.ndarray, seed: int | tuple[int, ...]) -> Run:
         return simulate(tracker, course.reference, None, DT, offset, disturbance, seed)
 
     if type(tracker).__name__ not in SINGLE:
         return run(offsets, seed)
-    runs = [run(offset, (entropy, first + k)) for k, offset in enumerate(offsets.T)]
+    robots = [k % again[0] if again else k for k in range(offsets.shape[1])]
+    runs = [run(offset, (entropy, first + k)) for k, offset in zip(robots, offsets.T, strict=True)]
     names = ("pose", "error", "wheels", "measured", "asked")
     stacked: dict[str, Any] = {
         name: read_only(np.stack([getattr(one, name) for one in runs], 1)) for name in names
@@ -96,7 +136,7 @@ def evaluate(
     tracker: Any,
     courses: Sequence[Course],
     offsets: np.ndarray,
-    seed: int | tuple[int, int],
+    seed: int | tuple[int, ...],
     disturbance: Disturbance = DISTURBANCE,
     jobs: int | None = 1,
 ) -> dict[str, np.ndarray]:
@@ -118,7 +158,8 @@ def evaluate(
         ``transient_rms_m``, the position's before `STEADY`, and
         ``steady_cross_rms_m``, ``steady_along_rms_m`` and
         ``steady_heading_rms_rad`` from then on; ``roughness_m_s2``, the total
-        variation per time that the course does not need; and ``score_m``.
+        variation per time that the course does not need; ``hit``, 1 for a robot
+        that touches an obstacle and else 0; and ``score_m``.
 
     Raises
     ------
@@ -141,7 +182,7 @@ def evaluate(
 def _drive(
     tracker: Any,
     offsets: np.ndarray,
-    seed: int | tuple[int, int],
+    seed: int | tuple[int, ...],
     disturbance: Disturbance,
     course: Course,
     _: int,
@@ -158,7 +199,8 @@ def _drive(
     needless = np.maximum(row["wheel_variation_m_s"] - course.variation, 0)
     row["roughness_m_s2"] = needless / course.reference.duration
     row["score_m"] = row["position_rms_m"] + ROUGHNESS * row["roughness_m_s2"]
-    row["score_m"] += COLLISION * (row["clearance_m"] < driven.robot.radius)
+    row["hit"] = np.asarray(row["clearance_m"] < driven.robot.radius, dtype=float)
+    row["score_m"] += COLLISION * row["hit"]
     return row
 
 

@@ -133,16 +133,15 @@ def watch(
     Raises
     ------
     InvalidParameter
-        For what is no reference, or a time that is negative.
+        For what is no reference, or a time step that is negative.
     """
     checks.instance("reference", reference, Reference, "one made by make_reference")
-    preview = checks.not_negative("preview", preview)
     look, mean = reference.sampler(dt), _averages(reference, preview)
 
     def see(t, pose):
         now_and_middle = look(t)
         wanted = Sample(*(values[..., 1] for values in now_and_middle))
-        if preview:
+        if np.any(preview):
             wanted = Sample(wanted.pose, *mean(t + dt / 2))
         return pose_error(now_and_middle.pose[:, 0], pose), wanted
 
@@ -155,11 +154,11 @@ def _averages(reference, preview):
     driven = np.concatenate([[0.0], np.cumsum(steps * (v[1:] + v[:-1]) / 2)])
     # The mean of a rate is by how much that changes whose rate it is. Over less than the grid's
     # step, it would be lost in round-off.
-    changing, span = (driven, reference.pose[2], v, reference.omega), max(preview, GRID)
+    changing, span = (driven, reference.pose[2], v, reference.omega), np.maximum(preview, GRID)
 
     def mean(t):
         ends = t - span / 2, t + span / 2
-        return [(np.diff(np.interp(ends, reference.t, one)) / span)[0] for one in changing]
+        return [(np.diff(np.interp(ends, reference.t, one), axis=0) / span)[0] for one in changing]
 
     return mean
 

@@ -11,9 +11,6 @@ from freeseg.reference import Reference
 from freeseg.robot import Robot
 from freeseg.trackers.feedback import REST, Law, check_gains, watch
 
-#: For how many speeds, from zero to the reference's top speed, gains are computed.
-SPEEDS = 101
-
 
 @dataclass(frozen=True)
 class Lqr:
@@ -71,15 +68,15 @@ class Lqr:
         """The law for one run, see `SlidingMode.start`."""
         dt = checks.positive("dt", dt)
         see = watch(reference, dt, self.preview)
-        speeds = np.linspace(0, np.abs(reference.v).max(), SPEEDS)
-        k_x, k_y, k_alpha = self.gains(speeds, dt)
+        # Gains that overflow do so at the ends of the speeds, and are named here.
+        for speed in (0.0, np.abs(reference.v).max()):
+            self.gains(speed, dt)
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, omega_r, _, _) = see(t, pose)
             # Backwards, y_e asks for the other sense of turn, and alpha_e for the same.
-            speed = np.abs(v_r)
-            turn = np.copysign(np.interp(speed, speeds, k_y), v_r) * y_e
-            turn = turn + np.interp(speed, speeds, k_alpha) * alpha_e
+            k_x, k_y, k_alpha = self._gains(np.abs(v_r), dt)
+            turn = np.copysign(k_y, v_r) * y_e + k_alpha * alpha_e
             return v_r * np.cos(alpha_e) + k_x * x_e, omega_r + turn
 
         return law
@@ -136,7 +133,7 @@ class Lqr:
         # 1 - z; the smaller m from the product of both, for their difference cancels.
         first, other = _one_minus_z(m), _one_minus_z(b / m)
         product = (first * other).real
-        k_x = float(_one_minus_z(self.q_x * dt * dt)) / dt
+        k_x = _one_minus_z(self.q_x * dt * dt) / dt
         return k_x, product / step, ((first + other).real - product / 2) / dt
 
 

@@ -10,7 +10,7 @@ from freeseg.disturbance import Disturbance, Motors
 from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference, pose_error
-from freeseg.robot import Robot, as_robot, moved_pose, wheel_speeds
+from freeseg.robot import Robot, as_robot, body_velocity, moved_pose, wheel_speeds
 from freeseg.trackers.feedback import Law, Tracker
 
 #: At that speed of a wheel (m/s), its slip is learned half as fast as at high speeds.
@@ -38,12 +38,17 @@ class Predicting:
         time steps.
     lag : float
         Time constant of the motors, first order (s).
+    observer : float
+        Rate (1/s) at which estimates of the pose and of the wheels' slip follow
+        what is measured, see `SlipObserver`: the law is given the estimated
+        pose, and its commands are made larger by what the wheels lose. With
+        zero, poses are taken as measured, and the wheels not to slip.
 
     Raises
     ------
     InvalidParameter
-        For what is no tracker, or a delay or a lag that is negative or not
-        finite; from `start`, for a delay that is not a whole number of time
+        For what is no tracker, or a delay, a lag or a rate that is negative or
+        not finite; from `start`, for a delay that is not a whole number of time
         steps, or delay and lag that are longer than the reference together.
 
     Notes
@@ -75,12 +80,14 @@ class Predicting:
     delay: float
     lag: float = 0.0
 
+    observer: float = 0.0
+
     def __post_init__(self):
         if isinstance(self.tracker, type) or not callable(getattr(self.tracker, "start", None)):
             raise InvalidParameter(
                 f"tracker is {checks.shown(self.tracker)}; give one, such as SlidingMode()"
             )
-        for name in ("delay", "lag"):
+        for name in ("delay", "lag", "observer"):
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
@@ -90,6 +97,8 @@ class Predicting:
         for each time step, in their order.
         """
         predictor = Predictor(self.delay, self.lag, reference, robot, dt)
+        robot = predictor.robot
+        observer = SlipObserver(self.observer, robot, dt)
         follow, command = self.tracker.start(reference, robot, dt), None
 
         def law(t, pose):
@@ -98,7 +107,12 @@ class Predicting:
             if command is not None:
                 v, omega, _ = np.broadcast_arrays(*command, pose[0])
                 predictor.send(v, omega)
-            command = follow(t + predictor.ahead, predictor.look(pose))
+            now = observer.correct(pose, predictor.driven)
+            command = follow(t + predictor.ahead, predictor.look(now, observer.rolled))
+            if observer.on:
+                v, omega, _ = np.broadcast_arrays(*command, pose[0])
+                wheels = wheel_speeds(robot, v, omega) / observer.rolled
+                command = body_velocity(robot, wheels)
             return command
 
         return law
@@ -165,7 +179,7 @@ class Predictor:
         ----------
         pose : ndarray, shape (3, ...)
             x, y (m) and heading (rad) now.
-        rolled : float or ndarray, shape (2,)
+        rolled : float or ndarray, shape (2, ...)
             Share of the wheels' travel that moves the robot.
 
         Returns
@@ -173,10 +187,11 @@ class Predictor:
         ndarray, shape (3, ...)
         """
         for wheels in self.underway:
-            pose = moved_pose(self.robot, pose, wheels * rolled, self.dt)
+            pose = moved_pose(self.robot, pose, _each(wheels, pose) * rolled, self.dt)
         if not self.lag:
             return pose
-        return moved_pose(self.robot, pose, self.motors.speed * rolled, self.lag)
+        wheels = _each(self.motors.speed, pose)
+        return moved_pose(self.robot, pose, wheels * rolled, self.lag)
 
 
 class SlipObserver:
@@ -194,12 +209,14 @@ class SlipObserver:
 
     Attributes
     ----------
-    rolled : ndarray, shape (2,)
+    on : bool
+        Whether it estimates at all.
+    rolled : ndarray, shape (2, ...)
         Share of the right and the left wheel's travel that moves the robot.
 
     Notes
     -----
-    A Luenberger observer of one robot, with both of its poles at exp(-rate
+    A Luenberger observer, with both of its poles at exp(-rate
     dt) while a wheel drives at a constant speed. It learns from the pose in
     the direction of travel and from the heading, and from standing wheels
     nothing.
@@ -210,30 +227,33 @@ class SlipObserver:
         pole = np.exp(-rate * dt)
         self.trust, self.learn = 1 - pole * pole, (1 - pole) ** 2
         self.pose: np.ndarray | None = None
-        self.rolled = np.ones(2)
+        self.on, self.rolled = bool(np.any(rate)), np.ones(2)
 
     def correct(self, measured: np.ndarray, driven: np.ndarray) -> np.ndarray:
         """The pose now, by what was measured and how the wheels turned.
 
         Parameters
         ----------
-        measured : array_like, shape (3,)
+        measured : array_like, shape (3, ...)
             x, y (m) and heading (rad).
-        driven : ndarray, shape (2,)
+        driven : ndarray, shape (2, ...)
             Right and left wheel speed (m/s) over the last time step.
 
         Returns
         -------
-        ndarray, shape (3,)
+        ndarray, shape (3, ...)
         """
         measured = np.asarray(measured)
-        if not self.rate or self.pose is None:
+        self.rolled = _each(self.rolled, measured)
+        if not self.on or self.pose is None:
             self.pose = measured
             return measured
+        driven = _each(driven, measured)
         expected = moved_pose(self.robot, self.pose, self.rolled * driven, self.dt)
         ahead, _, turned = pose_error(measured, expected)
         # How much further each wheel has come than expected.
-        further = ahead + turned * self.robot.wheel_base / 2 * np.array([1, -1])
+        apart = turned * self.robot.wheel_base / 2
+        further = np.stack([ahead + apart, ahead - apart])
         travel = driven * self.dt
         scale = travel * travel + (CREEP * self.dt) ** 2
         rolled = self.rolled + self.learn * further * travel / scale
@@ -242,3 +262,8 @@ class SlipObserver:
         difference[2] = wrap_angle(difference[2])
         self.pose = expected + self.trust * difference
         return self.pose
+
+
+def _each(wheels: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """What both wheels of each robot of a batch have, where one pair stands for all."""
+    return wheels[:, None] if wheels.ndim < pose.ndim else wheels

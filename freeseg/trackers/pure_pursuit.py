@@ -64,18 +64,22 @@ class PurePursuit:
         forwards_only(self, reference, spot=False)
         arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()
         arc_length = np.concatenate([[0.0], arc_length])
-        ahead = arc_length + self.lookahead
-        beyond = np.maximum(ahead - arc_length[-1], 0)
         x, y, theta = reference.pose
-        goal_x = np.interp(ahead, arc_length, x) + beyond * np.cos(theta[-1])
-        goal_y = np.interp(ahead, arc_length, y) + beyond * np.sin(theta[-1])
+
+        def goal_point(t):
+            ahead = np.interp(t, reference.t, arc_length) + self.lookahead
+            beyond = np.maximum(ahead - arc_length[-1], 0)
+            return [
+                np.interp(ahead, arc_length, x) + beyond * np.cos(theta[-1]),
+                np.interp(ahead, arc_length, y) + beyond * np.sin(theta[-1]),
+                np.zeros_like(ahead),
+            ]
 
         def law(t, pose):
             (x_e, y_e, alpha_e), (_, v_r, _, _, _) = see(t, pose)
             cos, sin = np.cos(alpha_e), np.sin(alpha_e)
             speed = v_r + self.k_x * (cos * x_e + sin * y_e)
-            goal = [np.interp(t, reference.t, goal_x), np.interp(t, reference.t, goal_y), 0.0]
-            forward, left, _ = pose_error(goal, pose)
+            forward, left, _ = pose_error(goal_point(t), pose)
             distance = np.hypot(forward, left)
             # Behind the robot, as if beside it: that arc is the tightest.
             left = np.where(forward < 0, np.copysign(distance, left), left)

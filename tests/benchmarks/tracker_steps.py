@@ -1,11 +1,11 @@
 """Time of a step of every tracker: ``python tests/benchmarks/tracker_steps.py``.
 
-Each tuned tracker of ``data/gains.csv`` drives the paper's cases 15(a) and 16(b)
-disturbed; then all laws see again, step by step in turn, what they saw, so that a
-slow moment of the machine hits all of them. A law alone is timed, without the
-robot, by the processor's own time, which says more where others use the machine
-too. Stores medians in ``data/tracker_steps.csv``, which notebook 12 shows; with
-``--quick`` it only prints.
+Each law of ``data/gains.csv``, told all, with the gains of its first replicate,
+drives the paper's cases 15(a) and 16(b) disturbed; then all laws see again, step by
+step in turn, what they saw, so that a slow moment of the machine hits all of them. A
+law alone is timed, without the robot, by the processor's own time, which says more
+where others use the machine too. Stores medians in ``data/tracker_steps.csv``, which
+notebook 12 shows; with ``--quick`` it only prints.
 """
 
 import statistics
@@ -39,8 +39,8 @@ def replay(trackers, course, seed):
 
 def main(repeats=5, file=FILE):
     """Print the times, and write them to a file if one is given."""
-    tuned = tuning.load_gains()
-    trackers = {name: one.tracker for name, seeds in tuned.items() for one in seeds if one.chosen}
+    tuned = tuning.load_gains(form="observed")
+    trackers = {name: replicates[0].tracker for name, replicates in tuned.items()}
     times = {name: [] for name in trackers}
     for seed in range(repeats):
         for course in courses.paper_courses():
