@@ -40,6 +40,10 @@ def height(points):
     return points[:, 0]
 
 
+def integrator(s):
+    return 1 / s
+
+
 AX = plt.figure().add_subplot()
 PLACE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
 
@@ -314,6 +318,39 @@ CALLS = {
         fs.plotting.plot_ranges,
         {"ranges": {"any": np.ones((7, 2))}, "chosen": np.ones(7), "ax": AX},
     ),
+    "plot_block_diagram": (
+        fs.plotting.plot_block_diagram,
+        {"blocks": {"P": (0, 0, "P"), "C": (2, 0, "C")}, "links": [("u", "P", "C")], "ax": AX},
+    ),
+    "plot_bode": (
+        fs.plotting.plot_bode,
+        {"loop": integrator, "omega": [0.1, 1, 10], "axes": None, "color": "red", "label": "L"},
+    ),
+    "plot_nyquist": (
+        fs.plotting.plot_nyquist,
+        {"loop": integrator, "lowest": 0.1, "highest": 10, "ax": AX, "color": "red"},
+    ),
+    "plot_gang_of_four": (
+        fs.plotting.plot_gang_of_four,
+        {"plant": integrator, "controller": integrator, "omega": [0.1, 1], "axes": None},
+    ),
+    "sketch_error": (
+        fs.plotting.sketch_error,
+        {"pose": (0, 0, 0), "wanted": (1, 1, 0), "robot": ROBOT, "ax": AX},
+    ),
+    "sketch_surface": (fs.plotting.sketch_surface, {"robot": ROBOT, "ax": AX}),
+    "plot_denominator": (
+        fs.plotting.plot_denominator,
+        {"length_scale": 0.05, "floor": 0.2, "ax": None},
+    ),
+    "plot_lyapunov_rate": (
+        fs.plotting.plot_lyapunov_rate,
+        {"length_scale": 0.05, "speed": 0.1, "turn_rate": 1.0, "ax": AX},
+    ),
+    "plot_tradeoff": (
+        fs.plotting.plot_tradeoff,
+        {"families": {"one": [[1, 2], [0.1, 0.2]]}, "marks": [["a", "b"]], "ax": AX},
+    ),
     "plot_query": (fs.plotting.plot_query, {"start": (0, 0), "goal": (1, 1), "ax": AX}),
     "plot_plan": (
         fs.plotting.plot_plan,
@@ -527,7 +564,15 @@ CALLS["Predicting.start"] = fs.Predicting(**PREDICTING).start, run
 CALLS["Lqr.gains"] = fs.Lqr().gains, {"v_r": 0.1, "dt": 0.05}
 
 #: What a function calls.
-CALLED = ("drive", "law"), ("run", "function"), ("plot_potential", "potential")
+CALLED = {
+    ("drive", "law"),
+    ("run", "function"),
+    ("plot_potential", "potential"),
+    ("plot_bode", "loop"),
+    ("plot_nyquist", "loop"),
+    ("plot_gang_of_four", "plant"),
+    ("plot_gang_of_four", "controller"),
+}
 
 
 def numbers_of(result):
