@@ -344,7 +344,8 @@ def plot_gang_of_four(plant, controller, omega, axes=None, color=PALETTE["planne
         ax.annotate(
             f"{gain[top]:.3g}",
             (omega[top], gain[top]),
-            (0, 5),
+            # A second loop's below its curve.
+            (0, 5 if len(ax.texts) == 0 else -13),
             color=color,
             fontsize=8,
             textcoords="offset points",
