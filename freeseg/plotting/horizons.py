@@ -314,7 +314,7 @@ def plot_radii(radii, ax=None):
         ax.plot(1 + np.arange(len(row)), row, marker="o", ms=4, label=label, **look)
     place = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
     ax.annotate("errors grow", (0.99, 1.005), **place, color=PALETTE["danger"])
-    ax.set(xlabel="horizon $N$ (steps)", ylabel="error of the next step / of this one")
+    ax.set(xlabel="horizon $N$ (steps)", ylabel="factor on an error, each step")
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
