@@ -30,6 +30,8 @@ NAMES = [
     "by_qp",
     "programme",
     "by_two",
+    "values",
+    "preview",
     "solved",
     "rescued",
     "safe",
@@ -266,10 +268,8 @@ def test_the_active_set_method_gives_up_and_the_other_one_does_not(own):
 
 def test_a_rescued_plan_is_the_best_one(own):
     # Where both solvers find one, it is the same: the rescue is no other problem.
-    state = np.array([-0.02, 0.02, 1.3, 0.1, 0.05])
-    rows = np.asarray(
-        definitions(STEM, "preview", "N")["preview"](own.fast, own.robot, own.dt, 0.5, 20)
-    ).T
+    rows = own.preview(own.fast, own.robot, own.dt, 0.5, 20).T
+    state = rows[2:, 0] + [-0.005, 0.005, 0.1, 0, 0]
     task = own.programme(state, rows, rows)
     quick = own.quick(x0=ca.vec(ca.DM(rows)), **task)
     safe = own.safe(**task)
