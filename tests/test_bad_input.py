@@ -355,7 +355,7 @@ CALLS = {
     ),
     "plot_strip": (
         fs.plotting.plot_strip,
-        {"values": {"a": [1, 2]}, "ax": AX, "quantity": "time (s)", "log": False},
+        {"values": {"a": [1, 2]}, "ax": AX, "quantity": "time (s)"},
     ),
     "plot_change": (
         fs.plotting.plot_change,

@@ -91,7 +91,6 @@ def test_a_strip_has_a_dot_for_every_number_and_counts_the_others(ax):
     assert len(ax.lines) == 3
     assert [text.get_text() for text in ax.texts] == ["never: 2 of 3"]
     assert [text.get_text() for text in ax.get_yticklabels()] == ["one", "two"]
-    assert plot_strip({"one": [1, 10]}, log=True).get_xscale() == "log"
 
 
 def test_a_change_is_drawn_from_before_to_after(ax):

@@ -170,7 +170,7 @@ def plot_lookahead(path, driven, plan, ax=None):
     return ax
 
 
-def plot_strip(values, ax=None, quantity="settling time (s)", log=False):
+def plot_strip(values, ax=None, quantity="settling time (s)"):
     """Numbers of several things, a row each: every one as a dot, their median as a bar.
 
     Parameters
@@ -182,18 +182,14 @@ def plot_strip(values, ax=None, quantity="settling time (s)", log=False):
         Where to draw.
     quantity : str, optional
         What the numbers are, with their unit.
-    log : bool, optional
-        Whether the axis is logarithmic.
 
     Returns
     -------
     matplotlib Axes
     """
-    rows = _rows("values", values, lambda name, row: _numbers(name, row, log))
+    rows = _rows("values", values, lambda name, row: _numbers(name, row, False))
     checks.instance("quantity", quantity, str, "a text")
     ax = new_axes(ax, (6.4, 0.32 * len(rows) + 0.9))
-    if log:
-        ax.set_xscale("log")
     for height, row in enumerate(rows.values()):
         finite = row[np.isfinite(row)]
         # Dots side by side would hide one another: they are spread over the height of the row.
