@@ -381,6 +381,26 @@ CALLS = {
         fs.plotting.plot_free_space,
         {"world": WORLD, "goal": (1, 1), "clearance": 0.07, "ax": AX},
     ),
+    "sketch_horizon": (fs.plotting.sketch_horizon, {"ax": AX}),
+    "plot_turn": (
+        fs.plotting.plot_turn,
+        {"run": RUN, "reference": REFERENCE, "since": 0.0, "until": 1.0, "ax": AX},
+    ),
+    "plot_lookahead": (
+        fs.plotting.plot_lookahead,
+        {"path": SHORT, "driven": np.zeros((2, 3)), "plan": np.ones((2, 3)), "ax": AX},
+    ),
+    "plot_strip": (
+        fs.plotting.plot_strip,
+        {"values": {"a": [1, 2]}, "ax": AX, "quantity": "time (s)"},
+    ),
+    "plot_change": (
+        fs.plotting.plot_change,
+        {"values": {"a": (2, 1)}, "labels": ("b", "c"), "ax": AX, "quantity": "RMS (mm)"},
+    ),
+    "plot_keep_out": (fs.plotting.plot_keep_out, {"world": WORLD, "run": RUN, "ax": AX}),
+    "plot_radii": (fs.plotting.plot_radii, {"radii": {"a": [1.1, 0.9]}, "ax": AX}),
+    "plot_distances": (fs.plotting.plot_distances, {"runs": {"a": RUN}, "ax": AX}),
     "plot_group": (fs.plotting.plot_group, {"world": WORLD, "group": (0, 1), "ax": AX}),
     "plot_tracking": (
         fs.plotting.plot_tracking,

@@ -29,7 +29,6 @@ LESSONS = lessons()
 #: Their rewriting is still to come.
 LONG = {
     "09_track_the_planned_paths",
-    "11_build_an_mpc_tracker",
     "12_compare_the_trackers",
 }
 

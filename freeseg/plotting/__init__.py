@@ -8,6 +8,16 @@ world or no position, `InvalidQuery`.
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
+from freeseg.plotting.horizons import (
+    plot_change,
+    plot_distances,
+    plot_keep_out,
+    plot_lookahead,
+    plot_radii,
+    plot_strip,
+    plot_turn,
+    sketch_horizon,
+)
 from freeseg.plotting.loops import plot_block_diagram, plot_bode, plot_gang_of_four, plot_nyquist
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
@@ -63,11 +73,13 @@ __all__ = [
     "plot_block_diagram",
     "plot_bode",
     "plot_case",
+    "plot_change",
     "plot_circle",
     "plot_clearance",
     "plot_counts",
     "plot_denominator",
     "plot_detours",
+    "plot_distances",
     "plot_drive",
     "plot_endpoints",
     "plot_errors",
@@ -75,7 +87,9 @@ __all__ = [
     "plot_gang_of_four",
     "plot_group",
     "plot_growth",
+    "plot_keep_out",
     "plot_limits",
+    "plot_lookahead",
     "plot_lyapunov_rate",
     "plot_met",
     "plot_nyquist",
@@ -83,18 +97,22 @@ __all__ = [
     "plot_plan",
     "plot_potential",
     "plot_query",
+    "plot_radii",
     "plot_ranges",
     "plot_repairs",
     "plot_round",
     "plot_run",
     "plot_segments",
     "plot_step",
+    "plot_strip",
     "plot_tracking",
     "plot_tradeoff",
+    "plot_turn",
     "plot_wheels",
     "plot_world",
     "sketch_danger",
     "sketch_error",
+    "sketch_horizon",
     "sketch_literal_circle",
     "sketch_loop",
     "sketch_pose",
