@@ -133,6 +133,8 @@ QUERY_ENDS = {name: QUERY[name] for name in ("world", "start", "goal")}
 #: Function, and arguments with which it works.
 CALLS = {
     "plan": (fs.plan, QUERY),
+    "length_first_plan": (fs.length_first_plan, QUERY),
+    "widest_segment_plan": (fs.widest_segment_plan, QUERY),
     "plan_rooms": (fs.plan_rooms, QUERY),
     "shortest_path": (fs.shortest_path, QUERY),
     "literal_plan": (partial(fs.literal_plan, concentric=True, outer_endpoints=True), QUERY),
