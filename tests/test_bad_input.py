@@ -18,7 +18,7 @@ import freeseg as fs
 from freeseg import data, studies
 from freeseg.checks import shown
 from freeseg.segments import find_endpoints
-from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
+from freeseg.studies import courses, orders, planning, runner, sizes, statistics, tracking, tuning
 from freeseg.teaching import quietly, variant_seed
 
 # What is compiled is so before a clock runs.
@@ -34,6 +34,7 @@ CHAIN = fs.free_segments(WORLD)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 ROBOT = fs.KheperaIV()
+ORDERS = orders.compare_orders(["13a"])
 
 
 def height(points):
@@ -434,6 +435,12 @@ CALLS = {
     "senses": (sizes.senses, {"plan": PLAN}),
     "random_case": (planning.random_case, {"seed": 1}),
     "try_rules": (planning.try_rules, {"seed": 1}),
+    "row_of_discs": (orders.row_of_discs, {"n": 3, "share": 0.5, "seed": 1}),
+    "row_cases": (orders.row_cases, {"rows": 2}),
+    "count_operations": (orders.count_operations, {"case": "13a"}),
+    "compare_orders": (orders.compare_orders, {"cases": ["13a"], "jobs": 1, "store": None}),
+    "judge_orders": (orders.judge_orders, {"rows": ORDERS}),
+    "turning_share": (orders.turning_share, {"rows": ORDERS}),
     "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1, "store": None}),
     "make_course": (
         courses.make_course,
@@ -614,7 +621,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (tuning,)
+    modules += (orders, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

@@ -31,10 +31,10 @@ def test_both_orders_find_the_same_path_in_the_cases(cases, tables, name):
 
 
 def test_both_orders_find_the_same_path_in_random_worlds():
-    found = [outcome(fs.plan, *planning.random_case(seed)) for seed in range(80)]
-    again = [outcome(fs.length_first_plan, *planning.random_case(seed)) for seed in range(80)]
+    found = [outcome(fs.plan, *planning.random_case(seed)) for seed in range(40)]
+    again = [outcome(fs.length_first_plan, *planning.random_case(seed)) for seed in range(40)]
     assert found == again
-    assert sum(isinstance(one, tuple) and len(one[1]) > 0 for one in found) > 40
+    assert sum(isinstance(one, tuple) and len(one[1]) > 0 for one in found) > 20
 
 
 def test_operations_are_those_counted_by_hand():
@@ -96,7 +96,7 @@ def test_readings_agree_where_no_segment_is_to_be_chosen():
 
 def test_every_path_of_the_widest_reading_is_legal(robot):
     solved = 0
-    for seed in range(60):
+    for seed in range(30):
         world, start, goal = planning.random_case(seed)
         try:
             plan = fs.widest_segment_plan(world, start, goal)
@@ -106,7 +106,7 @@ def test_every_path_of_the_widest_reading_is_legal(robot):
             continue
         solved += 1
         assert plan.path.clearance(world) >= robot.radius - 1e-9
-    assert solved > 40
+    assert solved > 20
 
 
 @pytest.mark.parametrize("bad", [-1, 0.5, "1", None, True, np.nan])
