@@ -1,7 +1,8 @@
 """Studies: many plans and many runs, and what can be concluded from them.
 
-`planning` compares planners, `orders` the two orders of the paper's search, `sizes` what
-each set of obstacle sizes would conclude; `courses`, `tracking` and `tuning` compare trackers;
+`planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
+what each set of obstacle sizes would conclude; `courses`, `tracking` and `tuning` compare
+trackers;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
@@ -10,6 +11,7 @@ from freeseg.studies import (
     courses,
     orders,
     planning,
+    rivals,
     runner,
     sizes,
     statistics,
@@ -26,6 +28,7 @@ __all__ = [
     "orders",
     "planning",
     "replay",
+    "rivals",
     "run",
     "runner",
     "sizes",
