@@ -9,7 +9,6 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from itertools import groupby
 from os import PathLike
 from typing import Any, NamedTuple, TypeAlias
 
@@ -201,7 +200,13 @@ def try_rivals(
         error; what `judge_track` says; ``optimum_m``, the length of the shortest
         path that keeps R_D (NaN where there is none) and ``keeps_m``, that distance; and
         ``ms``, processor time with all preparation, in a world new to the rival.
+
+    Raises
+    ------
+    InvalidParameter, InvalidQuery
+        For rivals that are no functions, and for what `pose` or a planner refuses.
     """
+    _check_rivals(rivals)
     question = pose(case)
     world, robot = question.world, as_robot(question.robot)
     optimum = math.nan
@@ -227,6 +232,14 @@ def try_rivals(
         keeps = turning_radius(robot, question.margin)
         rows.append(row | {"optimum_m": optimum, "keeps_m": keeps, "ms": duration})
     return rows
+
+
+def _check_rivals(rivals: Mapping[str, Rival]) -> None:
+    """Raise `InvalidParameter` for what are no rivals."""
+    checks.instance("rivals", rivals, Mapping, "a dict of name to rival")  # type: ignore[type-abstract]
+    for name, rival in rivals.items():
+        if not callable(rival):
+            raise InvalidParameter(f"rivals has {checks.shown(rival)} for {name}; give a function")
 
 
 def _try_rivals(
@@ -263,10 +276,7 @@ def compare(
     InvalidParameter
         For rivals that are no functions, or is no number of processes.
     """
-    checks.instance("rivals", rivals, Mapping, "a dict of name to rival")  # type: ignore[type-abstract]
-    for name, rival in rivals.items():
-        if not callable(rival):
-            raise InvalidParameter(f"rivals has {checks.shown(rival)} for {name}; give a function")
+    _check_rivals(rivals)
     found = run(
         partial(_try_rivals, rivals=rivals, pose=pose), cases, store, jobs=jobs, strict=True
     )
@@ -294,55 +304,60 @@ def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         share within 1 % of the optimum; ``median_ratio``, ``p95_ratio`` and
         ``max_ratio`` of the length to the optimum. Of all solved: ``clearance_m``,
         the smallest, and ``turning_rad``, the median. Of all questions:
-        ``median_ms`` and ``p95_ms``. NaN where there is none.
+        ``median_ms`` and ``p95_ms``. ``shorter``, on how many questions it keeps R_D
+        and is shorter than the optimum by more than round-off; ``faster``, on how
+        many it is within 1 % and took less time than the exact planner, which
+        was asked it, too. NaN where there is none.
 
     Raises
     ------
     InvalidParameter
         For what are no such rows.
     """
-    found, ordered = [], _checked(rows)
-    places = {name: place for place, name in enumerate(dict.fromkeys(map(_group, ordered)))}
-    for (kind, rival), some in groupby(
-        sorted(ordered, key=lambda row: places[_group(row)]), _group
-    ):
-        group = list(some)
-        arrives, collides = (np.array([row[k] for row in group], bool) for k in _FLAGS)
-        length, optimum, clearance, turning, keeps, ms = (
-            np.array([row[name] for row in group], float) for name in _NUMBERS
-        )
-        solvable, solved = np.isfinite(optimum), arrives & ~collides
-        ratio = (length / optimum)[solvable & solved]
-        found.append(
-            {
-                "set": kind,
-                "rival": rival,
-                "questions": len(group),
-                "solvable": int(solvable.sum()),
-                "solved": int(solved.sum()),
-                "collisions": int(collides.sum()),
-                "wrong": int((~arrives & np.isfinite(length)).sum()),
-                "keeps": int((solved & (clearance >= keeps - ALIKE)).sum()),
-                "near": _of(np.mean, ratio <= 1 + NEAR_OPTIMUM),
-                "median_ratio": _of(np.median, ratio),
-                "p95_ratio": _of(np.quantile, ratio, 0.95),
-                "max_ratio": _of(np.max, ratio),
-                "clearance_m": _of(np.min, clearance[solved]),
-                "turning_rad": _of(np.median, turning[solved]),
-                "median_ms": _of(np.median, ms),
-                "p95_ms": _of(np.quantile, ms, 0.95),
-            }
-        )
-    return found
+    ordered = _checked(rows)
+    exact = {row["question"]: row["ms"] for row in ordered if row["rival"] == EXACT}
+    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for row in ordered:
+        groups.setdefault((row["set"], row["rival"]), []).append(row)
+    return [
+        {"set": kind, "rival": rival} | _summary(group, exact)
+        for (kind, rival), group in groups.items()
+    ]
+
+
+def _summary(group: list[Mapping[str, Any]], exact: Mapping[Any, float]) -> dict[str, Any]:
+    """Numbers of one rival's rows, given the exact planner's time (ms) by question."""
+    arrives, collides = (np.array([row[name] for row in group], bool) for name in _FLAGS)
+    length, optimum, clearance, turning, keeps, ms = (
+        np.array([row[name] for row in group], float) for name in _NUMBERS
+    )
+    exact_ms = np.array([exact.get(row["question"], math.nan) for row in group])
+    solvable, solved = np.isfinite(optimum), arrives & ~collides
+    keeping = solved & (clearance >= keeps - ALIKE)
+    near = solved & (length <= optimum * (1 + NEAR_OPTIMUM))
+    ratio = (length / optimum)[solvable & solved]
+    return {
+        "questions": len(group),
+        "solvable": int(solvable.sum()),
+        "solved": int(solved.sum()),
+        "collisions": int(collides.sum()),
+        "wrong": int((~arrives & np.isfinite(length)).sum()),
+        "keeps": int(keeping.sum()),
+        "near": _of(np.mean, near[solvable & solved]),
+        "median_ratio": _of(np.median, ratio),
+        "p95_ratio": _of(np.quantile, ratio, 0.95),
+        "max_ratio": _of(np.max, ratio),
+        "clearance_m": _of(np.min, clearance[solved]),
+        "turning_rad": _of(np.median, turning[solved]),
+        "median_ms": _of(np.median, ms),
+        "p95_ms": _of(np.quantile, ms, 0.95),
+        "shorter": int((keeping & (length < optimum - ALIKE)).sum()),
+        "faster": int((near & (ms < exact_ms)).sum()),
+    }
 
 
 _FLAGS = "arrives", "collides"
 _NUMBERS = "length_m", "optimum_m", "clearance_m", "turning_rad", "keeps_m", "ms"
-
-
-def _group(row: Mapping[str, Any]) -> tuple[str, str]:
-    """Set and rival of a row."""
-    return row["set"], row["rival"]
 
 
 def _of(number: Callable[..., Any], values: np.ndarray, *more: float) -> float:
@@ -357,47 +372,4 @@ def _checked(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     wanted = {"question", "set", "rival", *_FLAGS, *_NUMBERS}
     if not found or any(wanted - row.keys() for row in found):
         raise InvalidParameter(f"rows is {checks.shown(rows)}; give {remedy}")
-    return found
-
-
-def exceptions(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
-    """Where a rival beats the exact planner, question by question.
-
-    Parameters
-    ----------
-    rows : iterable of dict
-        From `compare`, with the exact planner among the rivals.
-
-    Returns
-    -------
-    dict
-        For each other rival, by name: ``shorter``, on how many questions its track
-        keeps R_D and is shorter by more than round-off; ``faster``, on how many it
-        is within 1 % of the optimum, or shorter, and took less time; and ``near``,
-        on how many it is within 1 % at all.
-
-    Raises
-    ------
-    InvalidParameter
-        For what are no such rows, or have no exact planner.
-    """
-    ordered = _checked(rows)
-    exact = {row["question"]: row for row in ordered if row["rival"] == EXACT}
-    found: dict[str, dict[str, int]] = {}
-    for row in ordered:
-        if row["rival"] == EXACT:
-            continue
-        if row["question"] not in exact:
-            raise InvalidParameter(
-                f"rows has no {EXACT!r} rival for question {row['question']}; compare it, too"
-            )
-        best = exact[row["question"]]
-        count = found.setdefault(row["rival"], {"shorter": 0, "faster": 0, "near": 0})
-        if not row["arrives"] or row["collides"] or math.isnan(row["optimum_m"]):
-            continue
-        keeps = row["clearance_m"] >= row["keeps_m"] - ALIKE
-        near = row["length_m"] <= row["optimum_m"] * (1 + NEAR_OPTIMUM)
-        count["shorter"] += keeps and row["length_m"] < best["length_m"] - ALIKE
-        count["near"] += near
-        count["faster"] += near and row["ms"] < best["ms"]
     return found
