@@ -51,7 +51,7 @@ CORNERS = 16
 BUDGETS, PATIENCE = (0.01, 0.05), 10.0
 
 
-@njit(cache=True)
+@njit
 def is_clear(px, py, qx, qy, edge, keep):
     """Whether the line from p to q keeps its distance from all edges."""
     dx, dy = qx - px, qy - py
@@ -84,7 +84,7 @@ def is_clear(px, py, qx, qy, edge, keep):
     return True
 
 
-@njit(cache=True)
+@njit
 def squared_distance(x, y, ax, ay, bx, by):
     """Square of the distance of a point from a segment."""
     ex, ey = bx - ax, by - ay
@@ -96,7 +96,7 @@ def squared_distance(x, y, ax, ay, bx, by):
     return px * px + py * py
 
 
-@njit(cache=True)
+@njit
 def lazy_theta_star(x0, y0, cell, nx, ny, gx, gy, sx, sy, edge, keep):
     """Points from the start, the middle of a cell, to the goal; empty where there is no path.
 
@@ -152,7 +152,7 @@ def lazy_theta_star(x0, y0, cell, nx, ny, gx, gy, sx, sy, edge, keep):
     return np.array(track[::-1])
 
 
-@njit(cache=True)
+@njit
 def neighbours(k, nx, ny, px, py, goal, cell, around):
     """Note the nodes beside one; how many there are."""
     found = 0
@@ -357,17 +357,20 @@ def show(rows):
 def main(arguments=None):
     """Compare, print and store."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--worlds", type=int, default=667, help="random worlds of each density")
+    parser.add_argument(
+        "--worlds", type=int, default=667, help="of each density and of BARN, at most"
+    )
     parser.add_argument("--barn", help="folder of BARN's files, or its arrays")
     parser.add_argument("--store", help="folder where what is done is kept")
     parser.add_argument("--quick", action="store_true", help="few questions, nothing stored")
     options = parser.parse_args(arguments)
-    cases = [("paper", name) for name in fs.load_cases()][: 2 if options.quick else None]
     worlds = 1 if options.quick else options.worlds
-    if options.barn:
-        cases += [("barn", number) for number in barn_worlds(options.barn)]
-    # Last, so that a run in the same store may ask for more.
-    cases += [(name, seed) for seed in range(worlds) for name in rivals.DENSITIES]
+    cases = [("paper", name) for name in fs.load_cases()][: 2 if options.quick else None]
+    # Of all sets in turn, so that a run in the same store may ask for more.
+    barns = len(barn_worlds(options.barn)) if options.barn else 0
+    for number in range(worlds):
+        cases += [(name, number) for name in rivals.DENSITIES]
+        cases += [("barn", number)] if number < barns else []
     present = installed()
     warm_up(present)
     where = functools.partial(pose, source=options.barn)
@@ -376,10 +379,12 @@ def main(arguments=None):
     rows = rivals.summarise(asked)
     show(rows)
     if not options.quick:
-        short = [
-            {k: round(v, 6) if isinstance(v, float) else v for k, v in r.items()} for r in rows
-        ]
-        write_csv(FILE, short)
+        write_csv(FILE, [{name: shorter(value) for name, value in row.items()} for row in rows])
+
+
+def shorter(value):
+    """A number with as many digits as a table needs."""
+    return round(value, 6) if isinstance(value, float) else value
 
 
 if __name__ == "__main__":
