@@ -47,6 +47,9 @@ CELL, AROUND = 0.1, 3
 #: Corners of the polygon round a circle.
 CORNERS = 16
 
+#: So many worlds has BARN.
+BARN = 300
+
 #: Budgets of BIT* (s), and how long RRT-Connect may look.
 BUDGETS, PATIENCE = (0.01, 0.05), 10.0
 
@@ -312,7 +315,8 @@ def pose(case, source=None):
         return rivals.pose_question(case)
     script = barn()
     robot = fs.KheperaIV(diameter=2 * script.RADII[0])
-    return rivals.Question(barn_worlds(source)[case[1]], script.START, script.GOAL, robot, 0.0)
+    world = barn_world(source, case[1])
+    return rivals.Question(world, script.START, script.GOAL, robot, 0.0)
 
 
 @functools.cache
@@ -325,9 +329,18 @@ def barn():
 
 
 @functools.cache
-def barn_worlds(source):
-    """BARN's worlds by number."""
-    return {number: world for number, world, _ in barn().read(source)}
+def reading(source):
+    """BARN's worlds as they are read, and those that have been, by number."""
+    return barn().read(source), {}
+
+
+def barn_world(source, number):
+    """One of BARN's worlds; only as many are read as are asked for."""
+    worlds, known = reading(source)
+    while number not in known:
+        found, world, _ = next(worlds)
+        known[found] = world
+    return known[number]
 
 
 def warm_up(present):
@@ -367,7 +380,7 @@ def main(arguments=None):
     worlds = 1 if options.quick else options.worlds
     cases = [("paper", name) for name in fs.load_cases()][: 2 if options.quick else None]
     # Of all sets in turn, so that a run in the same store may ask for more.
-    barns = len(barn_worlds(options.barn)) if options.barn else 0
+    barns = BARN if options.barn else 0
     for number in range(worlds):
         cases += [(name, number) for name in rivals.DENSITIES]
         cases += [("barn", number)] if number < barns else []
