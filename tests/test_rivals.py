@@ -134,7 +134,7 @@ def test_a_summary_of_rows_made_up():
 def test_planners_are_compared_on_all_sets():
     cases = [("paper", "13a"), ("sparse", 0), ("medium", 1), ("dense", 2)]
     rows = rivals.compare(cases)
-    assert len(rows) == len(cases) * len(rivals.PLANNERS)
+    assert len(rows) == len(cases) * len(rivals.OF_FREESEG)
     assert {row["set"] for row in rows} == {"paper", "sparse", "medium", "dense"}
     for row in rivals.summarise(rows):
         assert row["collisions"] == row["wrong"] == row["shorter"] == 0
@@ -214,7 +214,7 @@ def test_stored_rows_are_those_of_legal_planners():
         assert row["shorter"] == 0
         if row["rival"] == rivals.EXACT:
             assert row["solved"] == row["keeps"] == row["solvable"]
-        if row["rival"] in rivals.PLANNERS:
+        if row["rival"] in rivals.OF_FREESEG:
             assert row["collisions"] == row["wrong"] == 0
     by_name = {(row["set"], row["rival"]): row for row in rows}
     # As test_literal.py finds.

@@ -40,7 +40,7 @@ from freeseg.world import World, as_position, check_world
 DENSITIES = {"sparse": SPACIOUS, "medium": SPACIOUS / 2, "dense": SPACIOUS / 4}
 
 #: Obstacles of a random world, discs and polygons.
-OBSTACLES = 30
+PER_WORLD = 30
 
 #: Lengths and clearances (m) that differ by less are equal: other packages compute in their own
 #: ways, some in single precision.
@@ -68,7 +68,7 @@ Rival: TypeAlias = Callable[..., Any]
 
 #: The planners of this package, and the name of the one that all others are measured by.
 EXACT = "exact"
-PLANNERS: dict[str, Rival] = {
+OF_FREESEG: dict[str, Rival] = {
     EXACT: shortest_path,
     "paper, completed": plan,
     "paper, length first": length_first_plan,
@@ -104,7 +104,7 @@ def pose_question(case: tuple[str, Any]) -> Question:
         found = cases[checks.choice("case", case[1], tuple(cases))]
         return Question(load_table(found.table), found.start, found.goal)
     seed = checks.whole("case", case[1])
-    world = random_world(OBSTACLES, seed, ("disc", "polygon"), DENSITIES[kind])
+    world = random_world(PER_WORLD, seed, ("disc", "polygon"), DENSITIES[kind])
     return Question(world, *random_query(world, seed))
 
 
@@ -179,7 +179,7 @@ def _turning(points: np.ndarray) -> float:
 
 def try_rivals(
     case: Any,
-    rivals: Mapping[str, Rival] = PLANNERS,
+    rivals: Mapping[str, Rival] = OF_FREESEG,
     pose: Callable[[Any], Question] = pose_question,
 ) -> list[dict[str, Any]]:
     """Ask all rivals one question, one after the other.
@@ -251,7 +251,7 @@ def _try_rivals(
 
 def compare(
     cases: Iterable[Any],
-    rivals: Mapping[str, Rival] = PLANNERS,
+    rivals: Mapping[str, Rival] = OF_FREESEG,
     pose: Callable[[Any], Question] = pose_question,
     jobs: int | None = 1,
     store: str | PathLike[str] | None = None,

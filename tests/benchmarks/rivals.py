@@ -298,7 +298,7 @@ ELSEWHERE = {
 
 def installed():
     """All rivals whose packages are there, by name."""
-    found = dict(rivals.PLANNERS)
+    found = dict(rivals.OF_FREESEG)
     for name, (rival, package) in ELSEWHERE.items():
         try:
             metadata.version(package)
