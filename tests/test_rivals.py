@@ -14,8 +14,6 @@ from freeseg.path import Arc, Line
 from freeseg.plan import turning_radius
 from freeseg.studies import rivals
 
-STORED = DATA / "rivals.csv"
-
 DISC = fs.World([fs.Disc((0, 0), 0.1)])
 ENDS = (-1.0, 0.3), (1.0, 0.3)
 
@@ -205,10 +203,9 @@ def test_benchmark(script, capsys, monkeypatch):
         assert line in printed
 
 
-@pytest.mark.skipif(not STORED.exists(), reason="the comparison has not been run yet")
 def test_stored_rows_are_those_of_legal_planners():
     counts = "questions", "solvable", "solved", "collisions", "wrong", "keeps", "shorter", "faster"
-    rows = read_csv(STORED, {"set": str, "rival": str} | dict.fromkeys(counts, int))
+    rows = read_csv(DATA / "rivals.csv", {"set": str, "rival": str} | dict.fromkeys(counts, int))
     assert {row["set"] for row in rows} == {"paper", "barn", *rivals.DENSITIES}
     for row in rows:
         assert row["shorter"] == 0
