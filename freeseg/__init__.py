@@ -23,11 +23,13 @@ from freeseg.paper import load_cases, load_table
 from freeseg.path import Arc, Line, Path
 from freeseg.plan import Plan, Planner
 from freeseg.planners import (
+    length_first_plan,
     literal_plan,
     nearest_free,
     plan,
     plan_rooms,
     shortest_path,
+    widest_segment_plan,
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
@@ -102,6 +104,7 @@ __all__ = [
     "display",
     "drive",
     "free_segments",
+    "length_first_plan",
     "literal_plan",
     "load_cases",
     "load_table",
@@ -119,6 +122,7 @@ __all__ = [
     "studies",
     "teaching",
     "tracking_error",
+    "widest_segment_plan",
     "with_fallback",
 ]
 

@@ -18,7 +18,17 @@ import freeseg as fs
 from freeseg import data, studies
 from freeseg.checks import shown
 from freeseg.segments import find_endpoints
-from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
+from freeseg.studies import (
+    courses,
+    orders,
+    planning,
+    rivals,
+    runner,
+    sizes,
+    statistics,
+    tracking,
+    tuning,
+)
 from freeseg.teaching import quietly, variant_seed
 
 # What is compiled is so before a clock runs.
@@ -34,6 +44,9 @@ CHAIN = fs.free_segments(WORLD)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 ROBOT = fs.KheperaIV()
+ORDERS = orders.compare_orders(["13a"])
+RIVALS = {rivals.EXACT: fs.shortest_path}
+COMPARED = rivals.compare([("paper", "13a")], RIVALS)
 
 
 def height(points):
@@ -137,6 +150,8 @@ QUERY_ENDS = {name: QUERY[name] for name in ("world", "start", "goal")}
 #: Function, and arguments with which it works.
 CALLS = {
     "plan": (fs.plan, QUERY),
+    "length_first_plan": (fs.length_first_plan, QUERY),
+    "widest_segment_plan": (fs.widest_segment_plan, QUERY),
     "plan_rooms": (fs.plan_rooms, QUERY),
     "shortest_path": (fs.shortest_path, QUERY),
     "literal_plan": (partial(fs.literal_plan, concentric=True, outer_endpoints=True), QUERY),
@@ -489,6 +504,30 @@ CALLS = {
     "senses": (sizes.senses, {"plan": PLAN}),
     "random_case": (planning.random_case, {"seed": 1}),
     "try_rules": (planning.try_rules, {"seed": 1}),
+    "pose_question": (rivals.pose_question, {"case": ("paper", "13a")}),
+    "judge_track": (
+        rivals.judge_track,
+        {
+            "track": SHORT,
+            "world": WORLD,
+            "start": (0, 0),
+            "goal": (0.1, 0),
+            "robot": None,
+            "within": 1e-6,
+        },
+    ),
+    "try_rivals": (rivals.try_rivals, {"case": ("paper", "13a"), "rivals": RIVALS}),
+    "compare": (
+        rivals.compare,
+        {"cases": [("paper", "13a")], "rivals": RIVALS, "jobs": 1, "store": None},
+    ),
+    "summarise": (rivals.summarise, {"rows": COMPARED}),
+    "row_of_discs": (orders.row_of_discs, {"n": 3, "share": 0.5, "seed": 1}),
+    "row_cases": (orders.row_cases, {"rows": 2}),
+    "count_operations": (orders.count_operations, {"case": "13a"}),
+    "compare_orders": (orders.compare_orders, {"cases": ["13a"], "jobs": 1, "store": None}),
+    "judge_orders": (orders.judge_orders, {"rows": ORDERS}),
+    "turning_share": (orders.turning_share, {"rows": ORDERS}),
     "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1, "store": None}),
     "make_course": (
         courses.make_course,
@@ -677,7 +716,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (tuning,)
+    modules += (orders, rivals, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

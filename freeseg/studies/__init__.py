@@ -1,20 +1,34 @@
 """Studies: many plans and many runs, and what can be concluded from them.
 
-`planning` compares planners, `sizes` what each set of obstacle sizes would conclude;
-`courses`, `tracking` and `tuning` compare trackers;
+`planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
+what each set of obstacle sizes would conclude; `courses`, `tracking` and `tuning` compare
+trackers;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
 
-from freeseg.studies import courses, planning, runner, sizes, statistics, store, tracking, tuning
+from freeseg.studies import (
+    courses,
+    orders,
+    planning,
+    rivals,
+    runner,
+    sizes,
+    statistics,
+    store,
+    tracking,
+    tuning,
+)
 from freeseg.studies.runner import replay, run
 from freeseg.studies.store import load
 
 __all__ = [
     "courses",
     "load",
+    "orders",
     "planning",
     "replay",
+    "rivals",
     "run",
     "runner",
     "sizes",
