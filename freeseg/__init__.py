@@ -33,6 +33,7 @@ from freeseg.planners import (
 from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import Reference, make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
+from freeseg.scene import Mover, Scene
 from freeseg.segments import free_segments
 from freeseg.simulate import Run, drive, simulate
 from freeseg.trackers import (
@@ -80,6 +81,7 @@ __all__ = [
     "Law",
     "Line",
     "Lqr",
+    "Mover",
     "Mpc",
     "NoPath",
     "Path",
@@ -92,6 +94,7 @@ __all__ = [
     "Reference",
     "Robot",
     "Run",
+    "Scene",
     "SlidingMode",
     "SolverFailed",
     "Stanley",

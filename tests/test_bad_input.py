@@ -34,6 +34,7 @@ CHAIN = fs.free_segments(WORLD)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 ROBOT = fs.KheperaIV()
+MOVER = fs.Mover(fs.Disc((0, 0), 1), velocity=(1, 0))
 
 
 def height(points):
@@ -91,6 +92,7 @@ BAD = {
     "robot": fs.KheperaIV(),
     "tracker": fs.SlidingMode(),
     "disc": fs.Disc((0, 0), 1),
+    "mover": MOVER,
     "disturbance": fs.Disturbance(),
     "word": "yes",
     "plan elsewhere": ELSEWHERE,
@@ -263,6 +265,16 @@ CALLS = {
         {field.name: getattr(RUN, field.name) for field in dataclasses.fields(fs.Run)},
     ),
     "metrics.planning": (fs.metrics.planning, {"world": WORLD, "plan": PLAN}),
+    "Mover": (
+        fs.Mover,
+        {"obstacle": fs.Disc((0, 0), 1), "velocity": (1, 0), "shift": None, "growth": 0.0},
+    ),
+    "Mover.at": (MOVER.at, {"t": 1.0}),
+    "Mover.shifts": (MOVER.shifts, {"t": np.zeros(2)}),
+    "Scene": (fs.Scene, {"world": WORLD, "movers": [MOVER]}),
+    "Scene.at": (fs.Scene(WORLD, [MOVER]).at, {"t": 1.0}),
+    "Scene.distances": (fs.Scene(WORLD, [MOVER]).distances, {"points": (0, 0), "t": 0.0}),
+    "Scene.clearance": (fs.Scene(WORLD, [MOVER]).clearance, {"timed": RUN}),
     "metrics.tracking": (
         fs.metrics.tracking,
         {"run": RUN, "world": WORLD, "since": 0.0, "until": np.inf, "settled_heading": np.inf},

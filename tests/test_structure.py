@@ -19,6 +19,7 @@ LAYERS = [
     "geometry",
     "data",
     "world",
+    "scene",
     "outlines",
     "maps",
     "paper",
