@@ -28,6 +28,7 @@ from freeseg.planners import (
     plan,
     plan_rooms,
     shortest_path,
+    time_minimal_plan,
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
@@ -121,6 +122,7 @@ __all__ = [
     "simulate",
     "studies",
     "teaching",
+    "time_minimal_plan",
     "tracking_error",
     "with_fallback",
 ]

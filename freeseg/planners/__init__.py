@@ -6,6 +6,7 @@ from freeseg.planners.literal import literal_plan
 from freeseg.planners.nearest_free import nearest_free
 from freeseg.planners.rooms import plan_rooms
 from freeseg.planners.shortest import shortest_path
+from freeseg.planners.time_minimal import time_minimal_plan
 
 __all__ = [
     "literal_plan",
@@ -13,5 +14,6 @@ __all__ = [
     "plan",
     "plan_rooms",
     "shortest_path",
+    "time_minimal_plan",
     "with_fallback",
 ]
