@@ -137,6 +137,17 @@ CALLS = {
     "plan": (fs.plan, QUERY),
     "plan_rooms": (fs.plan_rooms, QUERY),
     "shortest_path": (fs.shortest_path, QUERY),
+    "time_minimal_plan": (
+        fs.time_minimal_plan,
+        {
+            "scene": fs.Scene(WORLD, [fs.Mover(fs.Disc((2, 0), 0.1), (0.05, 0))]),
+            "start": PATH_ENDS[0],
+            "goal": PATH_ENDS[1],
+            "speed": 0.1,
+            "robot": None,
+            "margin": 0.005,
+        },
+    ),
     "literal_plan": (partial(fs.literal_plan, concentric=True, outer_endpoints=True), QUERY),
     "with_fallback": (fs.with_fallback(fs.plan_rooms, fs.shortest_path), QUERY),
     "free_segments": (

@@ -31,6 +31,10 @@ CLOSER = 1e-10
 #: Slides go on by this angle (rad) at a time, looked at in so many places.
 PART, LOOKS = math.pi / 8, 4
 
+#: How far (rad) a slide goes on past the end of a corner: it comes closer to its edge by less than
+#: round-off.
+PAST = 1e-7
+
 #: Directions (rad) and times (relative) differ by round-off.
 TURNED, LATER = 1e-9, 1e-12
 
@@ -407,7 +411,8 @@ def end_of_cone(field, label, begin):
         return math.inf
     last = math.atan2(by, bx) if sense > 0 else math.atan2(ay, ax)
     rest = (sense * (last - label[BEARING]) - begin) % (2 * math.pi)
-    return 0.0 if rest > 2 * math.pi - 1e-6 else rest
+    # A line along an edge leaves where the cone ends, and round-off must not hide it.
+    return (0.0 if rest > 2 * math.pi - 1e-6 else rest) + PAST
 
 
 def overtaken(field, labels, a, newest, stop):
