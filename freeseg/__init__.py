@@ -29,12 +29,14 @@ from freeseg.planners import (
     plan,
     plan_rooms,
     shortest_path,
+    time_minimal_plan,
     widest_segment_plan,
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import Reference, make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
+from freeseg.scene import Mover, Scene
 from freeseg.segments import free_segments
 from freeseg.simulate import Run, drive, simulate
 from freeseg.trackers import (
@@ -82,6 +84,7 @@ __all__ = [
     "Law",
     "Line",
     "Lqr",
+    "Mover",
     "Mpc",
     "NoPath",
     "Path",
@@ -94,6 +97,7 @@ __all__ = [
     "Reference",
     "Robot",
     "Run",
+    "Scene",
     "SlidingMode",
     "SolverFailed",
     "Stanley",
@@ -121,6 +125,7 @@ __all__ = [
     "simulate",
     "studies",
     "teaching",
+    "time_minimal_plan",
     "tracking_error",
     "widest_segment_plan",
     "with_fallback",

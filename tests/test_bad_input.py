@@ -47,6 +47,7 @@ ROBOT = fs.KheperaIV()
 ORDERS = orders.compare_orders(["13a"])
 RIVALS = {rivals.EXACT: fs.shortest_path}
 COMPARED = rivals.compare([("paper", "13a")], RIVALS)
+MOVER = fs.Mover(fs.Disc((0, 0), 1), velocity=(1, 0))
 
 
 def height(points):
@@ -108,6 +109,7 @@ BAD = {
     "robot": fs.KheperaIV(),
     "tracker": fs.SlidingMode(),
     "disc": fs.Disc((0, 0), 1),
+    "mover": MOVER,
     "disturbance": fs.Disturbance(),
     "word": "yes",
     "plan elsewhere": ELSEWHERE,
@@ -154,6 +156,17 @@ CALLS = {
     "widest_segment_plan": (fs.widest_segment_plan, QUERY),
     "plan_rooms": (fs.plan_rooms, QUERY),
     "shortest_path": (fs.shortest_path, QUERY),
+    "time_minimal_plan": (
+        fs.time_minimal_plan,
+        {
+            "scene": fs.Scene(WORLD, [fs.Mover(fs.Disc((2, 0), 0.1), (0.05, 0))]),
+            "start": PATH_ENDS[0],
+            "goal": PATH_ENDS[1],
+            "speed": 0.1,
+            "robot": None,
+            "margin": 0.005,
+        },
+    ),
     "literal_plan": (partial(fs.literal_plan, concentric=True, outer_endpoints=True), QUERY),
     "with_fallback": (fs.with_fallback(fs.plan_rooms, fs.shortest_path), QUERY),
     "free_segments": (
@@ -282,6 +295,16 @@ CALLS = {
         {field.name: getattr(RUN, field.name) for field in dataclasses.fields(fs.Run)},
     ),
     "metrics.planning": (fs.metrics.planning, {"world": WORLD, "plan": PLAN}),
+    "Mover": (
+        fs.Mover,
+        {"obstacle": fs.Disc((0, 0), 1), "velocity": (1, 0), "shift": None, "growth": 0.0},
+    ),
+    "Mover.at": (MOVER.at, {"t": 1.0}),
+    "Mover.shifts": (MOVER.shifts, {"t": np.zeros(2)}),
+    "Scene": (fs.Scene, {"world": WORLD, "movers": [MOVER]}),
+    "Scene.at": (fs.Scene(WORLD, [MOVER]).at, {"t": 1.0}),
+    "Scene.distances": (fs.Scene(WORLD, [MOVER]).distances, {"points": (0, 0), "t": 0.0}),
+    "Scene.clearance": (fs.Scene(WORLD, [MOVER]).clearance, {"timed": RUN}),
     "metrics.tracking": (
         fs.metrics.tracking,
         {"run": RUN, "world": WORLD, "since": 0.0, "until": np.inf, "settled_heading": np.inf},

@@ -7,6 +7,7 @@ from freeseg.planners.literal import literal_plan
 from freeseg.planners.nearest_free import nearest_free
 from freeseg.planners.rooms import plan_rooms
 from freeseg.planners.shortest import shortest_path
+from freeseg.planners.time_minimal import time_minimal_plan
 from freeseg.planners.widest_segment import widest_segment_plan
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "plan",
     "plan_rooms",
     "shortest_path",
+    "time_minimal_plan",
     "widest_segment_plan",
     "with_fallback",
 ]

@@ -168,7 +168,10 @@ class Query:
         Trapped
             Where the path comes closer than R_r to an obstacle.
         """
-        points = path.sample(max(self.robot.radius / 70, path.length / 1e6))
+        self.verify_points(path.sample(max(self.robot.radius / 70, path.length / 1e6)), steps)
+
+    def verify_points(self, points: np.ndarray, steps: Sequence[Step]) -> None:
+        """`verify` for points (m) along a path, shape (k, 2)."""
         # Short stretches: the search tree then compares each with the few obstacles beside it.
         stretch = np.arange(len(points)) // STRETCH
         if len(points) % STRETCH == 1:
