@@ -17,14 +17,14 @@ from freeseg.reference import Reference
 from freeseg.world import Disc, check_world
 
 #: Looks of several lines in one picture: told apart without their colours, too.
-LOOKS = (
+LINE_LOOKS = (
     {"color": PALETTE["error"], "ls": ":", "lw": 2},
     {"color": PALETTE["planned"], "ls": "--", "lw": 1.8},
     {"color": PALETTE["turning"], "ls": "-.", "lw": 2},
     {"color": PALETTE["tracked"], "ls": "-", "lw": 2.2},
 )
 #: Of the sketch: time steps before now, under way, and of the horizon.
-PAST, UNDER_WAY, AHEAD = 3, 2, 6
+PAST_COLOR, UNDER_WAY, AHEAD = 3, 2, 6
 
 
 def sketch_horizon(ax=None):
@@ -40,7 +40,7 @@ def sketch_horizon(ax=None):
     matplotlib Axes
     """
     ax = new_axes(ax, (8.6, 4.6))
-    ax.set(xlim=(-PAST - 0.2, UNDER_WAY + AHEAD + 1.9), ylim=(-2.4, 3.9))
+    ax.set(xlim=(-PAST_COLOR - 0.2, UNDER_WAY + AHEAD + 1.9), ylim=(-2.4, 3.9))
     ax.set_axis_off()
     _sketch_positions(ax)
     _sketch_commands(ax)
@@ -58,7 +58,7 @@ def sketch_horizon(ax=None):
 
 def _sketch_positions(ax):
     """Above: the reference, and the robot as it was, will be, and is to come back."""
-    t = np.linspace(-PAST, UNDER_WAY + AHEAD, 200)
+    t = np.linspace(-PAST_COLOR, UNDER_WAY + AHEAD, 200)
     ax.plot(t, 2.4 + 0.25 * np.sin(t / 2.5), color=PALETTE["planned"], lw=3)
     write(ax, "reference", (t[-1] + 0.9, 2.4), PALETTE["planned"], 10)
 
@@ -82,7 +82,7 @@ def _sketch_positions(ax):
 def _sketch_commands(ax):
     """Below: commands that were given, that are planned, and the one that is given now."""
     heights = -1.4 + np.array([0.2, 0.3, 0.25, 0.35, 0.3, 0.95, 0.8, 0.6, 0.45, 0.38, 0.35])
-    edges = np.arange(-PAST, UNDER_WAY + AHEAD + 1)
+    edges = np.arange(-PAST_COLOR, UNDER_WAY + AHEAD + 1)
     for k, height in enumerate(heights):
         first = edges[k]
         kind = "sent" if first < UNDER_WAY else "now" if first == UNDER_WAY else "planned"
@@ -306,7 +306,7 @@ def plot_radii(radii, ax=None):
     highest = max(row[np.isfinite(row)].max(initial=1) for row in rows.values())
     ax.axhspan(1, 1 + 1.15 * max(highest - 1, 0.02), color=PALETTE["danger"], alpha=0.15, lw=0)
     ax.axhline(1, color=PALETTE["danger"], lw=1)
-    for (label, row), look in zip(rows.items(), LOOKS, strict=False):
+    for (label, row), look in zip(rows.items(), LINE_LOOKS, strict=False):
         ax.plot(1 + np.arange(len(row)), row, marker="o", ms=4, label=label, **look)
     place = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
     ax.annotate("errors grow", (0.99, 1.005), **place, color=PALETTE["danger"])
@@ -334,7 +334,7 @@ def plot_distances(runs, ax=None):
         if run.error is None:
             raise InvalidParameter(f"runs[{label!r}] has no reference; simulate one with it")
     ax = new_axes(ax, (7, 3))
-    for (label, run), look in zip(rows.items(), LOOKS, strict=False):
+    for (label, run), look in zip(rows.items(), LINE_LOOKS, strict=False):
         ax.plot(run.t, np.hypot(*run.error[:2]), label=label, **look)
     ax.set(xlabel="time (s)", ylabel="distance (mm)")
     count_in_mm(ax.yaxis)
@@ -356,8 +356,8 @@ def _rows(name, values, check):
 def _lines(name, values, check):
     """As `_rows`, of no more than have looks of their own."""
     rows = _rows(name, values, check)
-    if len(rows) > len(LOOKS):
-        raise InvalidParameter(f"{name} has {len(rows)} lines; give at most {len(LOOKS)}")
+    if len(rows) > len(LINE_LOOKS):
+        raise InvalidParameter(f"{name} has {len(rows)} lines; give at most {len(LINE_LOOKS)}")
     return rows
 
 

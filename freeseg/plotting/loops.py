@@ -18,7 +18,7 @@ from freeseg.plotting.axes import PALETTE, check_axes, check_color, new_axes
 from freeseg.plotting.sketches import arrow, sketch_axes, write
 
 #: Half the width of a block, unless it is told; half its height; radius of a sum.
-HALF_WIDTH, HALF_HEIGHT, SUM = 0.75, 0.42, 0.17
+HALF_WIDTH, BLOCK_HALF_HEIGHT, SUM = 0.75, 0.42, 0.17
 #: Radii that a Nyquist plot has rings for.
 RINGS = (1, 10, 100, 1000)
 #: What the four functions of a loop answer, in the order of their pictures.
@@ -62,8 +62,8 @@ def plot_block_diagram(blocks, links, ax=None):
     for x, y, text, half in blocks.values():
         if text:
             style = {"boxstyle": "round,pad=0,rounding_size=0.1", "fc": PALETTE["robot"]}
-            corner = x - half, y - HALF_HEIGHT
-            box = FancyBboxPatch(corner, 2 * half, 2 * HALF_HEIGHT, alpha=0.35, lw=0, **style)
+            corner = x - half, y - BLOCK_HALF_HEIGHT
+            box = FancyBboxPatch(corner, 2 * half, 2 * BLOCK_HALF_HEIGHT, alpha=0.35, lw=0, **style)
             ax.add_patch(box)
             write(ax, text, (x, y), size=11)
         else:
@@ -123,7 +123,7 @@ def _wire(link, blocks):
     for end, inner, block in ((0, 1, ends[0]), (-1, -2, ends[-1])):
         if block:
             way = np.sign(points[inner] - points[end])
-            points[end] += way * (block[3], HALF_HEIGHT if block[2] else SUM)
+            points[end] += way * (block[3], BLOCK_HALF_HEIGHT if block[2] else SUM)
     return name, points, isinstance(stops[-1], str) and stops[-1].startswith("-")
 
 
