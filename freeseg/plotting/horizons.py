@@ -24,7 +24,7 @@ LINE_LOOKS = (
     {"color": PALETTE["tracked"], "ls": "-", "lw": 2.2},
 )
 #: Of the sketch: time steps before now, under way, and of the horizon.
-PAST_COLOR, UNDER_WAY, AHEAD = 3, 2, 6
+PAST_STEPS, UNDER_WAY, AHEAD = 3, 2, 6
 
 
 def sketch_horizon(ax=None):
@@ -40,7 +40,7 @@ def sketch_horizon(ax=None):
     matplotlib Axes
     """
     ax = new_axes(ax, (8.6, 4.6))
-    ax.set(xlim=(-PAST_COLOR - 0.2, UNDER_WAY + AHEAD + 1.9), ylim=(-2.4, 3.9))
+    ax.set(xlim=(-PAST_STEPS - 0.2, UNDER_WAY + AHEAD + 1.9), ylim=(-2.4, 3.9))
     ax.set_axis_off()
     _sketch_positions(ax)
     _sketch_commands(ax)
@@ -58,7 +58,7 @@ def sketch_horizon(ax=None):
 
 def _sketch_positions(ax):
     """Above: the reference, and the robot as it was, will be, and is to come back."""
-    t = np.linspace(-PAST_COLOR, UNDER_WAY + AHEAD, 200)
+    t = np.linspace(-PAST_STEPS, UNDER_WAY + AHEAD, 200)
     ax.plot(t, 2.4 + 0.25 * np.sin(t / 2.5), color=PALETTE["planned"], lw=3)
     write(ax, "reference", (t[-1] + 0.9, 2.4), PALETTE["planned"], 10)
 
@@ -82,7 +82,7 @@ def _sketch_positions(ax):
 def _sketch_commands(ax):
     """Below: commands that were given, that are planned, and the one that is given now."""
     heights = -1.4 + np.array([0.2, 0.3, 0.25, 0.35, 0.3, 0.95, 0.8, 0.6, 0.45, 0.38, 0.35])
-    edges = np.arange(-PAST_COLOR, UNDER_WAY + AHEAD + 1)
+    edges = np.arange(-PAST_STEPS, UNDER_WAY + AHEAD + 1)
     for k, height in enumerate(heights):
         first = edges[k]
         kind = "sent" if first < UNDER_WAY else "now" if first == UNDER_WAY else "planned"
