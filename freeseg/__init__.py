@@ -23,16 +23,20 @@ from freeseg.paper import load_cases, load_table
 from freeseg.path import Arc, Line, Path
 from freeseg.plan import Plan, Planner
 from freeseg.planners import (
+    length_first_plan,
     literal_plan,
     nearest_free,
     plan,
     plan_rooms,
     shortest_path,
+    time_minimal_plan,
+    widest_segment_plan,
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
 from freeseg.reference import Reference, make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
+from freeseg.scene import Mover, Scene
 from freeseg.segments import free_segments
 from freeseg.simulate import Run, drive, simulate
 from freeseg.trackers import (
@@ -80,6 +84,7 @@ __all__ = [
     "Law",
     "Line",
     "Lqr",
+    "Mover",
     "Mpc",
     "NoPath",
     "Path",
@@ -92,6 +97,7 @@ __all__ = [
     "Reference",
     "Robot",
     "Run",
+    "Scene",
     "SlidingMode",
     "SolverFailed",
     "Stanley",
@@ -102,6 +108,7 @@ __all__ = [
     "display",
     "drive",
     "free_segments",
+    "length_first_plan",
     "literal_plan",
     "load_cases",
     "load_table",
@@ -118,7 +125,9 @@ __all__ = [
     "simulate",
     "studies",
     "teaching",
+    "time_minimal_plan",
     "tracking_error",
+    "widest_segment_plan",
     "with_fallback",
 ]
 

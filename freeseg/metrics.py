@@ -1,11 +1,11 @@
 """Numbers of a plan and of a run; every name ends in its unit."""
 
 import numpy as np
-import shapely
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.plan import Plan, check_plan
+from freeseg.scene import Scene, check_scene
 from freeseg.simulate import Run
 from freeseg.world import World, check_world
 
@@ -52,7 +52,7 @@ def planning(world: World, plan: Plan) -> dict[str, float]:
 
 def tracking(
     run: Run,
-    world: World | None = None,
+    world: World | Scene | None = None,
     since: float = 0.0,
     until: float = np.inf,
     settled_heading: float = np.inf,
@@ -63,8 +63,8 @@ def tracking(
     ----------
     run : Run
         One robot, or a batch of n.
-    world : World, optional
-        Obstacles, for the clearance.
+    world : World or Scene, optional
+        Obstacles, for the clearance; of a scene, where they are at each time.
     since, until : float, optional
         First time that counts, and the first that no longer does (s), for
         all numbers but the settling time.
@@ -114,9 +114,9 @@ def tracking(
     errors = _error_numbers(run.error[..., part])
     values = errors | {"settling_time_s": _settling_time(run, heading)} | _wheel_numbers(run, part)
     if world is not None:
-        check_world(world)
-        points = shapely.points(np.moveaxis(run.pose[:2][..., part], 0, -1))
-        values["clearance_m"] = world.distances(points[..., None]).min((-1, -2), initial=np.inf)
+        points = np.moveaxis(run.pose[:2][..., part], 0, -1)
+        distances = check_scene(world).distances(points, run.t[part])
+        values["clearance_m"] = distances.min((-1, -2), initial=np.inf)
     return {name: float(value) if value.ndim == 0 else value for name, value in values.items()}
 
 

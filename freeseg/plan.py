@@ -136,7 +136,8 @@ class Step:
     leg : ndarray, shape (2, 2) or None
         The points between which a turning point was searched (m).
     candidates : tuple of Candidate
-        By increasing detour.
+        In the order in which they were tried: by increasing detour, where
+        the planner does not say otherwise.
     group : tuple of int
         Obstacles gone round together at a local minimum, or met so far on
         the shortest path.
@@ -156,6 +157,42 @@ class Step:
     def chosen(self) -> Candidate | None:
         """The candidate that this step chose, or None."""
         return next((candidate for candidate in self.candidates if not candidate.rejected), None)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search by free segments and endpoints has computed.
+
+    Not counted are what comes with the map, where the endpoints are, and the check of
+    each path, which is the same in whatever order endpoints are tried.
+
+    Parameters
+    ----------
+    segments : int
+        Free segments that were measured: compared with D_r + delta.
+    endpoints : int
+        Endpoints whose detour SD was computed, on every leg anew.
+    retries : int
+        Endpoints that were tried and refused.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no whole number from 0 on.
+    """
+
+    segments: int
+    endpoints: int
+    retries: int
+
+    def __post_init__(self) -> None:
+        for name in ("segments", "endpoints", "retries"):
+            object.__setattr__(self, name, checks.whole(name, getattr(self, name)))
+
+    @property
+    def distances(self) -> int:
+        """Distances between two points: one for a segment (2), two for a detour (5)."""
+        return self.segments + 2 * self.endpoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +220,9 @@ class Plan:
         No path that keeps the margin is shorter (m), as the search for it
         proved: for an optimum, the path's length. None where nothing was
         proved.
+    effort : Effort or None
+        What the search for turning points computed; None where none were
+        searched.
 
     Raises
     ------
@@ -198,6 +238,7 @@ class Plan:
     margin: float
     world: World
     lower_bound: float | None = None
+    effort: Effort | None = None
 
     def __post_init__(self) -> None:
         checks.instance("path", self.path, Path, "a Path")
@@ -214,6 +255,8 @@ class Plan:
         if self.lower_bound is not None:
             bound = checks.not_negative("lower_bound", self.lower_bound)
             object.__setattr__(self, "lower_bound", bound)
+        if self.effort is not None:
+            checks.instance("effort", self.effort, Effort, "an Effort")
 
     def __repr__(self) -> str:
         return (

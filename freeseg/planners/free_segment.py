@@ -5,10 +5,10 @@ the turning point, place the dangerous circle, plan the path, and as long as
 there is a danger problem, solve it and come back.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from freeseg.errors import Trapped
 from freeseg.geometry import angle_of, arc_sweep, tangents, unit
 from freeseg.path import GRAZING, Arc, Line, Path
-from freeseg.plan import Candidate, Plan, Step, StepKind, TurningPoint
+from freeseg.plan import Candidate, Effort, Plan, Step, StepKind, TurningPoint
 from freeseg.planners.query import Query, ask, detour_lengths, needless_turns
 from freeseg.planners.route import shortest_route
 from freeseg.robot import Robot
@@ -100,40 +100,117 @@ def plan(
     >>> [(turn.obstacle + 1, turn.sense) for turn in plan.turning_points]
     [(1, -1), (2, 1)]
     """
-    query = ask(world, start, goal, robot, margin)
-    search = _Search(query)
-    while (danger := query.danger(search.path)) is not None:
-        search.solve(*danger)
-    return query.answer(search.path, search.segments, search.turns, search.steps)
+    return search(ask(world, start, goal, robot, margin), measured_first, by_detour)
+
+
+def search(query: Query, survey: "Callable[[Query], Survey]", order: "Rank") -> Plan:
+    """Plan with free segments and turning points, as the notes of `plan` say.
+
+    Parameters
+    ----------
+    query : Query
+        Start, goal and world.
+    survey : callable
+        What of the free segments is measured before the search.
+    order : callable
+        Endpoints in the order in which they are tried.
+    """
+    run = _Search(query, survey(query), order)
+    while (danger := query.danger(run.path)) is not None:
+        run.solve(*danger)
+    effort = Effort(len(run.survey.measured), run.evaluated, run.retries)
+    return query.answer(run.path, run.survey.segments, run.turns, run.steps, effort=effort)
+
+
+@dataclass
+class Survey:
+    """Free segments and endpoints of a world, and which segments have been measured.
+
+    Parameters
+    ----------
+    segments : tuple of FreeSegment
+        All of them.
+    endpoints : tuple of Endpoint
+        Those that are tried.
+    of_obstacle : dict
+        Indices of the segments of each obstacle that has any.
+    measured : set of int
+        Indices of the segments that were compared with D_r + delta.
+    """
+
+    segments: tuple[FreeSegment, ...]
+    endpoints: tuple[Endpoint, ...]
+    of_obstacle: Mapping[int, Sequence[int]]
+    measured: set[int]
+
+    def is_safe(self, segment: int) -> bool:
+        """Whether a segment is safe: it is measured, unless it has been."""
+        self.measured.add(segment)
+        return self.segments[segment].safe
+
+    def is_dead_end(self, obstacle: int) -> bool:
+        """Whether an obstacle has segments and all of them are danger."""
+        own = self.of_obstacle.get(obstacle, ())
+        return bool(own) and not any(self.is_safe(segment) for segment in own)
+
+    def fault(self, endpoint: Endpoint) -> str:
+        """What is wrong with the segments at an endpoint; empty where nothing is."""
+        if endpoint.segment is not None:
+            return "" if self.is_safe(endpoint.segment) else "its segment is danger"
+        dead = self.is_dead_end(endpoint.obstacle)
+        return "all segments of its obstacle are danger" if dead else ""
+
+
+def measured_first(query: Query) -> Survey:
+    """Survey with all segments measured and only the safe ones' ends tried, as in the paper."""
+    segments, of_obstacle = find_segments(query.world, query.robot, query.margin)
+    endpoints = _safe_ends(query.world, query.robot, query.margin)
+    return Survey(segments, endpoints, of_obstacle, set(range(len(segments))))
 
 
 @lru_cache(maxsize=16)
-def _prepare(
+def find_segments(
     world: World, robot: Robot, margin: float
-) -> tuple[tuple[FreeSegment, ...], tuple[Endpoint, ...], frozenset[int]]:
-    """What does not depend on start and goal: many queries of a world share it.
-
-    Returns
-    -------
-    segments : tuple of FreeSegment
-    endpoints : tuple of Endpoint
-    dead_ends : frozenset of int
-        Obstacles all of whose segments are danger.
-    """
+) -> tuple[tuple[FreeSegment, ...], Mapping[int, Sequence[int]]]:
+    """Free segments, and those of each obstacle: many queries of a world share them."""
     segments = free_segments(world, robot, margin)
-    joined = {index for segment in segments for index in segment.obstacles}
-    passable = {index for segment in segments if segment.safe for index in segment.obstacles}
-    return segments, find_endpoints(world, segments), frozenset(joined - passable)
+    of_obstacle: dict[int, list[int]] = {}
+    for index, segment in enumerate(segments):
+        for obstacle in segment.obstacles:
+            of_obstacle.setdefault(obstacle, []).append(index)
+    return segments, of_obstacle
+
+
+@lru_cache(maxsize=16)
+def _safe_ends(world: World, robot: Robot, margin: float) -> tuple[Endpoint, ...]:
+    """Endpoints of the safe segments, and outer ones; shared likewise."""
+    return find_endpoints(world, find_segments(world, robot, margin)[0])
+
+
+class Rank(Protocol):
+    """In which order endpoints are tried."""
+
+    def __call__(
+        self, segments: Sequence[FreeSegment], endpoints: Sequence[Endpoint], detours: np.ndarray
+    ) -> np.ndarray:
+        """Indices of the endpoints, given their detours (k,), the first to be tried first."""
+        ...
+
+
+def by_detour(
+    segments: Sequence[FreeSegment], endpoints: Sequence[Endpoint], detours: np.ndarray
+) -> np.ndarray:
+    """Endpoints by increasing detour, equations (5) and (6)."""
+    return np.argsort(detours, kind="stable")
 
 
 class _Search:
     """State of one planning run; its methods are the boxes of Fig. 3."""
 
-    def __init__(self, query: Query) -> None:
+    def __init__(self, query: Query, survey: Survey, order: Rank) -> None:
         self.query, self.world, self.robot = query, query.world, query.robot
-        self.segments, self.endpoints, self.dead_ends = _prepare(
-            query.world, query.robot, query.margin
-        )
+        self.survey, self.order = survey, order
+        self.evaluated = self.retries = 0
         self.turns: list[TurningPoint] = []
         self.group: set[int] = set()
         self.seen: set[tuple] = {()}
@@ -151,10 +228,10 @@ class _Search:
         first = not self.turns
         leg: np.ndarray | None = None
         candidates: tuple[Candidate, ...] = ()
-        if isinstance(self.path.pieces[piece], Line) and blocking not in self.dead_ends:
+        if isinstance(self.path.pieces[piece], Line) and not self.survey.is_dead_end(blocking):
             # Section 3.2.2 searches all endpoints; a repair (3.3.1) those of the blocking obstacle.
             leg, candidates = self.rank(
-                [end for end in self.endpoints if first or end.obstacle == blocking], place
+                [end for end in self.survey.endpoints if first or end.obstacle == blocking], place
             )
         chosen = next((candidate for candidate in candidates if not candidate.rejected), None)
         if chosen is not None:
@@ -205,12 +282,14 @@ class _Search:
         after = self.turns[place] if place < len(self.turns) else None
         leg = self.query.leg(self.turns, place)
         detours = detour_lengths(endpoints, leg)
+        self.evaluated += len(detours)
         candidates: list[Candidate] = []
         middle = None
-        for index in np.argsort(detours, kind="stable").tolist():
+        for index in self.order(self.survey.segments, endpoints, detours).tolist():
             endpoint, sense, rejected = endpoints[index], 0, "a shorter detour was found"
             if middle is None:
                 sense, rejected, middle = self.examine(endpoint, before, after)
+                self.retries += middle is None
             candidates.append(Candidate(endpoint, float(detours[index]), sense, rejected))
         return leg, tuple(candidates if middle is None else _prefer_segment(candidates, middle))
 
@@ -222,8 +301,8 @@ class _Search:
         The middle, as a direction from the circle's centre, is None where
         something is wrong.
         """
-        if endpoint.obstacle in self.dead_ends:
-            return 0, "all segments of its obstacle are danger", None
+        if fault := self.survey.fault(endpoint):
+            return 0, fault, None
         radius, senses = self.query.turning_radii[endpoint.obstacle], np.array([1, -1])
         join, leave = self.touch(endpoint.center, senses * radius, before, after)
         if not np.isfinite([join, leave]).all(-1).all(0).any():

@@ -12,7 +12,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.geometry import read_only
 from freeseg.path import Arc, Line, Path, taut_path
-from freeseg.plan import Plan, Step, TurningPoint, turning_radius
+from freeseg.plan import Effort, Plan, Step, TurningPoint, turning_radius
 from freeseg.planners.nearest_free import find_nearest_free
 from freeseg.robot import Robot, as_robot
 from freeseg.segments import Endpoint, FreeSegment
@@ -150,11 +150,12 @@ class Query:
         turns: Sequence[TurningPoint],
         steps: Sequence[Step],
         lower_bound: float | None = None,
+        effort: Effort | None = None,
     ) -> Plan:
         """The plan, once its path has passed the check; see `verify`."""
         self.verify(path, steps)
         found = tuple(segments), tuple(turns), tuple(steps)
-        return Plan(path, *found, self.robot, self.margin, self.world, lower_bound)
+        return Plan(path, *found, self.robot, self.margin, self.world, lower_bound, effort)
 
     def verify(self, path: Path, steps: Sequence[Step]) -> None:
         """Check a path by other means: Shapely, on samples.
@@ -167,7 +168,10 @@ class Query:
         Trapped
             Where the path comes closer than R_r to an obstacle.
         """
-        points = path.sample(max(self.robot.radius / 70, path.length / 1e6))
+        self.verify_points(path.sample(max(self.robot.radius / 70, path.length / 1e6)), steps)
+
+    def verify_points(self, points: np.ndarray, steps: Sequence[Step]) -> None:
+        """`verify` for points (m) along a path, shape (k, 2)."""
         # Short stretches: the search tree then compares each with the few obstacles beside it.
         stretch = np.arange(len(points)) // STRETCH
         if len(points) % STRETCH == 1:

@@ -3,9 +3,8 @@
 import itertools
 import math
 from collections.abc import Iterable
-from functools import cache, lru_cache
-from importlib.util import find_spec, module_from_spec
-from types import FunctionType, ModuleType
+from functools import lru_cache
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from freeseg.geometry import cross, read_only
 from freeseg.path import Arc, Path
 from freeseg.plan import TurningPoint, turning_radius
 from freeseg.planners import tangent_search
+from freeseg.planners.compilation import compiled
 from freeseg.planners.query import Query
 from freeseg.planners.tangent_search import Scene
 from freeseg.world import World
@@ -192,7 +192,7 @@ def _lay_out(world: World, clearance: float) -> _Layout:
     )
     origin = (low + high) / 2
     edges = world.edges - origin
-    which, normals = _convex_corners(world, edges)
+    which, normals = convex_corners(world, edges)
     circle = np.column_stack([edges[which, 0], normals])
     edge, keep = edges.reshape(-1, 4), world.radii[of_edge] + clearance
     grid = _lay_grid(edge, keep, circle)
@@ -200,8 +200,8 @@ def _lay_out(world: World, clearance: float) -> _Layout:
     return _Layout(origin, circle, center, of_edge[which], of_edge, edge, grid)
 
 
-def _convex_corners(world: World, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At which edges (k, 2, 2) a convex corner begins (c,), and the normals there (c, 4)."""
+def convex_corners(world: World, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """At which edges (k, 2, 2) convex corners and discs begin (c,), and their cones (c, 4)."""
     along = edges[:, 1] - edges[:, 0]
     along /= np.maximum(np.hypot(*along.T), np.finfo(float).tiny)[:, None]
     before = np.empty(len(edges), int)
@@ -249,28 +249,7 @@ def _lay_grid(edge: np.ndarray, keep: np.ndarray, circle: np.ndarray) -> dict[st
 
 def _kernels(size: int) -> ModuleType:
     """The search, compiled where that pays."""
-    is_compiled = _compiled.cache_info().currsize > 0
+    is_compiled = compiled.cache_info().currsize > 0
     if size < FEW and not is_compiled and next(_SMALL_SEARCHES) < OFTEN:
         return tangent_search
-    return _compiled()
-
-
-@cache
-def _compiled() -> ModuleType:
-    """The search compiled by numba, or as it stands where numba is not installed.
-
-    Compiled once, it is stored beside its source and takes a third of a second to load.
-    """
-    spec = find_spec(tangent_search.__name__)
-    try:
-        from numba import njit
-    except ImportError:
-        return tangent_search
-    assert spec is not None, "it is imported above"
-    assert spec.loader is not None, "it is a file"
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    for name, thing in vars(module).copy().items():
-        if isinstance(thing, FunctionType) and thing.__module__ == module.__name__:
-            setattr(module, name, njit(cache=True)(thing))
-    return module
+    return compiled(tangent_search)

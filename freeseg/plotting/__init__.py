@@ -9,6 +9,17 @@ world or no position, `InvalidQuery`.
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
 from freeseg.plotting.comparisons import plot_fronts, plot_intervals, plot_order
+from freeseg.plotting.horizons import (
+    plot_change,
+    plot_distances,
+    plot_keep_out,
+    plot_lookahead,
+    plot_radii,
+    plot_strip,
+    plot_turn,
+    sketch_horizon,
+)
+from freeseg.plotting.loops import plot_block_diagram, plot_bode, plot_gang_of_four, plot_nyquist
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.robots import (
@@ -25,6 +36,13 @@ from freeseg.plotting.routes import plot_case, plot_clearance, plot_counts, plot
 from freeseg.plotting.runs import animate, plot_errors, plot_run, plot_tracking, plot_wheels
 from freeseg.plotting.scales import plot_bars, plot_growth, plot_met
 from freeseg.plotting.sizes import plot_ranges
+from freeseg.plotting.sliding import (
+    plot_denominator,
+    plot_lyapunov_rate,
+    plot_tradeoff,
+    sketch_error,
+    sketch_surface,
+)
 from freeseg.plotting.tangents import (
     plot_detours,
     sketch_literal_circle,
@@ -53,42 +71,59 @@ __all__ = [
     "move_robot",
     "plot_band",
     "plot_bars",
+    "plot_block_diagram",
+    "plot_bode",
     "plot_case",
+    "plot_change",
     "plot_circle",
     "plot_clearance",
     "plot_counts",
+    "plot_denominator",
     "plot_detours",
+    "plot_distances",
     "plot_drive",
     "plot_endpoints",
     "plot_errors",
     "plot_free_space",
     "plot_fronts",
+    "plot_gang_of_four",
     "plot_group",
     "plot_growth",
     "plot_intervals",
+    "plot_keep_out",
     "plot_limits",
+    "plot_lookahead",
+    "plot_lyapunov_rate",
     "plot_met",
+    "plot_nyquist",
     "plot_order",
     "plot_path",
     "plot_plan",
     "plot_potential",
     "plot_query",
+    "plot_radii",
     "plot_ranges",
     "plot_repairs",
     "plot_round",
     "plot_run",
     "plot_segments",
     "plot_step",
+    "plot_strip",
     "plot_tracking",
+    "plot_tradeoff",
+    "plot_turn",
     "plot_wheels",
     "plot_world",
     "sketch_danger",
+    "sketch_error",
+    "sketch_horizon",
     "sketch_literal_circle",
     "sketch_loop",
     "sketch_pose",
     "sketch_segment",
     "sketch_step",
     "sketch_sum",
+    "sketch_surface",
     "sketch_tangent",
     "sketch_turn",
 ]

@@ -1,7 +1,8 @@
 """Studies: many plans and many runs, and what can be concluded from them.
 
-`planning` compares planners, `sizes` what each set of obstacle sizes would conclude;
-`courses`, `tracking`, `tuning` and `comparing` compare trackers;
+`planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
+what each set of obstacle sizes would conclude; `courses`, `tracking`, `tuning` and `comparing`
+compare trackers;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
@@ -9,7 +10,9 @@ for `store`, with `load`, keeps the rows.
 from freeseg.studies import (
     comparing,
     courses,
+    orders,
     planning,
+    rivals,
     runner,
     sizes,
     statistics,
@@ -24,8 +27,10 @@ __all__ = [
     "comparing",
     "courses",
     "load",
+    "orders",
     "planning",
     "replay",
+    "rivals",
     "run",
     "runner",
     "sizes",

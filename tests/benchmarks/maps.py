@@ -2,18 +2,15 @@
 
 One row a world: the median and the slowest of some queries, each in a world that was
 never planned in (so that preparation counts), the median in one that was, and the largest
-memory. With ``--quick`` it prints a few rows of small worlds only. BARN's worlds are read
-from a folder of its ``.world`` files, given with ``--barn``.
+memory. With ``--quick`` it prints a few rows of small worlds only.
 """
 
 import argparse
-import re
 import statistics
 import sys
 import time
 import tracemalloc
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import shapely
@@ -132,13 +129,13 @@ def timed(action):
     return 1e3 * (time.perf_counter() - begin), plan
 
 
-def measure(name, worlds, robot=None, margin=0.005, planner=fs.shortest_path, memory=True):
+def measure(name, worlds, planner=fs.shortest_path, memory=True):
     """Print a row; return the lengths found."""
     first, again, lengths = [], [], []
     for world, queries in worlds:
         for start, goal in queries:
             fresh = fs.World(world.obstacles)
-            ask = partial(planner, fresh, start, goal, robot, margin)
+            ask = partial(planner, fresh, start, goal)
             duration, plan = timed(ask)
             first.append(duration)
             again.append(timed(ask)[0])
@@ -147,7 +144,7 @@ def measure(name, worlds, robot=None, margin=0.005, planner=fs.shortest_path, me
     if memory:
         fresh = fs.World(world.obstacles)
         tracemalloc.start()
-        timed(partial(planner, fresh, start, goal, robot, margin))
+        timed(partial(planner, fresh, start, goal))
         peak = tracemalloc.get_traced_memory()[1] / 1e6
         tracemalloc.stop()
     print(
@@ -158,22 +155,10 @@ def measure(name, worlds, robot=None, margin=0.005, planner=fs.shortest_path, me
     return lengths
 
 
-def barn(folder):
-    """BARN's worlds, from the files of its data set: cylinders that touch."""
-    for file in sorted(
-        Path(folder).glob("world_*.world"), key=lambda f: int(re.findall(r"\d+", f.stem)[-1])
-    ):
-        text = file.read_text(encoding="utf-8")
-        found = re.findall(r"<pose>([-\d.]+) ([-\d.]+) [^<]*</pose>", text)
-        discs = [fs.Disc((float(x), float(y)), 0.075) for x, y in found]
-        yield fs.World(discs), [((-2.25, 3.0), (-2.25, 13.0))]
-
-
 def main(arguments):
     """Measure."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--barn", help="folder of BARN's world files")
     options = parser.parse_args(arguments)
     timed(partial(fs.shortest_path, *_large_enough_to_compile()))
     sizes = {7: 3} if options.quick else {7: 20, 100: 20, 1000: 10, 10000: 10}
@@ -191,9 +176,6 @@ def main(arguments):
         measure(f"maze 20 x 20, {planner.__name__}", [maze(20)], planner=planner)
     for side in (400, 768):
         measure(f"map of {side} x {side} cells", [grid_map(side)])
-    if options.barn:
-        robot = fs.KheperaIV(diameter=0.43)
-        measure("BARN", barn(options.barn), robot, 0.0)
 
 
 def _large_enough_to_compile():

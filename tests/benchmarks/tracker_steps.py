@@ -1,6 +1,6 @@
 """Time of a step of every tracker: ``python tests/benchmarks/tracker_steps.py``.
 
-Each law of ``data/gains.csv``, told all, with the gains of its first replicate,
+Each plain law of ``data/gains.csv``, with the gains of its first replicate,
 drives the paper's cases 15(a) and 16(b) disturbed; then all laws see again, step by
 step in turn, what they saw, so that a slow moment of the machine hits all of them. A
 law alone is timed, without the robot, by the processor's own time, which says more
@@ -39,7 +39,7 @@ def replay(trackers, course, seed):
 
 def main(repeats=5, file=FILE):
     """Print the times, and write them to a file if one is given."""
-    tuned = tuning.load_gains(form="observed")
+    tuned = tuning.load_gains()
     trackers = {name: replicates[0].tracker for name, replicates in tuned.items()}
     times = {name: [] for name in trackers}
     for seed in range(repeats):
