@@ -4,11 +4,12 @@ import inspect
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 #: Parts of the package that stand for the answers of a set, and refuse to work for them.
-REFUSED = {"ps2": ("freeseg.planners",)}
+REFUSED = {"ps2": ("freeseg.planners",), "ps4": ("freeseg.planners",)}
 
 
 class NotOwn(AssertionError):
@@ -28,14 +29,8 @@ def refuse(*parts: str) -> dict[FunctionType, CodeType]:
     dict
         The code that each function had. Whoever drops it cannot get it back.
     """
-    functions = {
-        function
-        for name, module in list(sys.modules.items())
-        if any(name == part or name.startswith(f"{part}.") for part in parts)
-        for function in _functions_of(module)
-    }
     codes = {}
-    for function in functions:
+    for function in _functions(parts):
         codes[function] = function.__code__
         free = function.__code__.co_freevars
         replaced = _refuse.__code__.replace(co_name=function.__name__, co_freevars=free)
@@ -71,6 +66,17 @@ def without(*parts: str) -> Iterator[None]:
     finally:
         for function, code in codes.items():
             function.__code__ = code
+
+
+@cache
+def _functions(parts: tuple[str, ...]) -> frozenset[FunctionType]:
+    """Functions and methods of some modules, and of those below them."""
+    return frozenset(
+        function
+        for name, module in list(sys.modules.items())
+        if any(name == part or name.startswith(f"{part}.") for part in parts)
+        for function in _functions_of(module)
+    )
 
 
 def _functions_of(module: ModuleType) -> Iterator[FunctionType]:

@@ -19,6 +19,7 @@ import sys
 from importlib import import_module
 
 import IPython
+import matplotlib
 from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
 from matplotlib_inline.backend_inline import configure_inline_support
@@ -137,6 +138,7 @@ class Cells:
         # What it would print of an error is told in the cell's outputs.
         self.shell.showtraceback = self.shell.showsyntaxerror = lambda *_, **__: None
         self.shell.enable_gui = lambda *_: None
+        matplotlib.interactive(True)
         configure_inline_support(self.shell, "inline")
         sys.modules["__main__"] = self.shell.user_module
 
