@@ -189,7 +189,9 @@ def tuned(ask: Ask, rng: np.random.Generator) -> tuple[float, str]:
     assert set(gains) == set(START_GAINS), f"give all of {', '.join(START_GAINS)}, and no others"
     numbers(list(gains.values()), (len(START_GAINS),), "every gain is a number")
     seed = int(rng.integers(2**31))
-    error, wear = _measured(ask, gains, seed) / _measured(ask, START_GAINS, seed)
+    known = _measured(ask, START_GAINS, seed)
+    assert (known > 0).all(), "your law does not drive at all: write it first"
+    error, wear = _measured(ask, gains, seed) / known
     cost = error + wear
     share = float(np.clip((NO_POINTS - cost) / (NO_POINTS - ALL_POINTS), 0, 1))
     told = f"cost {cost:.2f}: {error:.2f} for the error and {wear:.2f} for the wheels"
