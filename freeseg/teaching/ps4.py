@@ -55,7 +55,7 @@ class Case(NamedTuple):
 
 
 @cache
-def cases(draw: int, number: int = CASES) -> tuple[Case, ...]:
+def cases(draw: int, number: int) -> tuple[Case, ...]:
     """Cases of a draw; the given path is that of `plan` with a wide margin."""
     found = []
     for k, course in enumerate(courses.random_courses(number, draw)):
@@ -109,7 +109,7 @@ def baselines(draw: int) -> dict[str, float]:
             np.mean(
                 [
                     _cost(tracker, case, case.given, rough)
-                    for case in cases(draw)
+                    for case in cases(draw, CASES)
                     for rough in (False, True)
                 ]
             )
@@ -141,7 +141,7 @@ def contract(ask: Ask, rng: np.random.Generator) -> None:
 
 def arrives(ask: Ask, rng: np.random.Generator) -> None:
     """The robot arrives."""
-    for case in cases(int(rng.integers(2**20))):
+    for case in cases(int(rng.integers(2**20)), CASES):
         tracker, reference = Tracker(ask), _reference(ask, case)
         run = simulate(tracker, reference, None, courses.DT, disturbance=ROUGH, seed=case.seed)
         found = measure(run, case.world)
@@ -163,7 +163,7 @@ def contest(ask: Ask, rng: np.random.Generator) -> tuple[float, str]:
     mine = np.mean(
         [
             _cost(Tracker(ask), case, _reference(ask, case), rough)
-            for case in cases(draw)
+            for case in cases(draw, CASES)
             for rough in (False, True)
         ]
     )
