@@ -5,6 +5,8 @@ where that makes no difference. ``pytest -m exhaustive`` grades all sets by nbgr
 end; tests/test_first_week.py does so for one.
 """
 
+# ruff: noqa: E501 -- mistakes and tamperings are tables, with code of a notebook in their cells
+
 import ast
 import re
 import sys
@@ -50,7 +52,9 @@ def read(part):
 
 def nbgrader_cells(notebook):
     """Cells that nbgrader knows, by name."""
-    return {submissions.cell_name(cell): cell for cell in notebook.cells if "nbgrader" in cell.metadata}
+    return {
+        submissions.cell_name(cell): cell for cell in notebook.cells if "nbgrader" in cell.metadata
+    }
 
 
 def tests_of(part):
@@ -467,8 +471,10 @@ def test_time_counts_for_the_student_alone(monkeypatch):
     monkeypatch.setattr(judge.Answers, "patience", 3.0)
     monkeypatch.setattr(judge, "PATIENCE", 3.0)
     with judge.Answers() as answers:
-        answers.run("import time\ndef work(s):\n    end = time.process_time() + s\n"
-                    "    while time.process_time() < end:\n        pass\n    return s")
+        answers.run(
+            "import time\ndef work(s):\n    end = time.process_time() + s\n"
+            "    while time.process_time() < end:\n        pass\n    return s"
+        )
         # Three times as long as a student's own check allows; beyond that it is ended.
         assert answers("work", 0.2, limit=0.1) == 0.2
         with pytest.raises(Late, match=r"over 0\.1 s"):
@@ -512,11 +518,18 @@ def test_lessons_hold_at_most_a_quarter_of_a_set(part):
         for cell in nbformat.read(NOTEBOOKS / lesson, as_version=4).cells:
             names |= defined(cell.source) if cell.cell_type == "code" else {}
     worth, got = tests_of(part), 0
-    asked = dict(zip(worth, {"ps2": "tangent turning_point plan_turns hard_case",
-                             "ps3": "controls singular_x safe_ahead start tuned",
-                             "ps4": "start start start",
-                             "ps5": ASKED["ps5"].replace("verdict", "runs_needed verdict"),
-                             }.get(part, ASKED[part]).split(), strict=True))
+    asked = dict(
+        zip(
+            worth,
+            {
+                "ps2": "tangent turning_point plan_turns hard_case",
+                "ps3": "controls singular_x safe_ahead start tuned",
+                "ps4": "start start start",
+                "ps5": ASKED["ps5"].replace("verdict", "runs_needed verdict"),
+            }.get(part, ASKED[part]).split(),
+            strict=True,
+        )
+    )
     for test, points in worth.items():
         best = 0.0
         for function in names.values():

@@ -110,7 +110,7 @@ def test_a_lecturer_s_first_week(course):
     hand_in(folder / moodle.format("Ada Łovelace_71") / f"{PS1}-Copy1.ipynb", released)
     hand_in(folder / moodle.format("Bo b_72") / f"{PS1} (1).ipynb", released, days_ago=3)
     hand_in(folder / moodle.format("Bo b_72") / f"{PS1} (2).ipynb", half)
-    hand_in(folder / "hoppergrace_LATE_73_9001_" f"{PS1}-1.ipynb", tampered(solved))
+    hand_in(folder / f"hoppergrace_LATE_73_9001_{PS1}-1.ipynb", tampered(solved))
     hand_in(folder / "a*b? [1]" / f"deep/{PS1.upper()}.IPYNB", tampered(released))
     hand_in(folder / "broken" / f"{PS1}.ipynb", None)
     hand_in(folder / "lost" / "essay.ipynb", solved)
@@ -129,7 +129,13 @@ def test_a_lecturer_s_first_week(course):
         "broken": "", "empty": "", "lost": "",
     }  # fmt: skip
     assert rows["71"]["Email address"] == "ada@x.org"
-    assert [rows["72"][f"ps1.{test}"] for test in tests_of("ps1")] == ["5.0", "5.0", "3.0", "0.0", "3.0"]
+    assert [rows["72"][f"ps1.{test}"] for test in tests_of("ps1")] == [
+        "5.0",
+        "5.0",
+        "3.0",
+        "0.0",
+        "3.0",
+    ]
     assert rows["72"]["total"] == "16.0"
     assert rows["72"]["ps1 hours late"] == "24.0"
     remarks = {who: row["ps1 remarks"] + row["other remarks"] for who, row in rows.items()}

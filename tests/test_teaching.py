@@ -88,7 +88,8 @@ def test_check_says_what_is_wrong_and_goes_on(monkeypatch, capsys):
     monkeypatch.setitem(names, "largest_robot", largest_robot)
     check("ps1.largest", largest_robot)
     assert capsys.readouterr() == (
-        "passed: The largest robot for which enough segments are safe\n", ""
+        "passed: The largest robot for which enough segments are safe\n",
+        "",
     )
     monkeypatch.setitem(names, "student", "write your id here")
     check("ps1.largest")

@@ -1,5 +1,7 @@
 """Tests of problem set 1: unequal wheels, ends of arcs, gaps between rounded polygons."""
 
+from typing import Any
+
 import numpy as np
 import shapely
 from scipy.spatial import ConvexHull
@@ -11,9 +13,9 @@ from freeseg.teaching.check import Ask
 __all__ = ["gap", "largest", "pen", "radii", "turn"]
 
 
-def _drives(rng: np.random.Generator, count: int) -> list[tuple[np.ndarray, ...]]:
+def _drives(rng: np.random.Generator, count: int) -> list[tuple[Any, Any, float, float]]:
     """Rates (rad/s), radii (m), wheel base (m) and time (s) of some drives below half a turn."""
-    drives = []
+    drives: list[tuple[Any, Any, float, float]] = []
     while len(drives) < count:
         rates, sizes = rng.uniform(2, 9, 2), rng.uniform(0.018, 0.024, 2)
         base, dt = rng.uniform(0.08, 0.15), rng.uniform(0.3, 1.5)

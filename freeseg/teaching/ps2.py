@@ -1,4 +1,4 @@
-"""Tests of problem set 2: tangents of two circles, the turning point, a planner, and its failure."""
+"""Tests of problem set 2: tangents, the turning point, a planner, and how it fails."""
 
 from functools import cache
 from typing import Any
@@ -143,7 +143,7 @@ def _tricky(number: int) -> tuple[World, np.ndarray, np.ndarray]:
 
 def _queries(rng: np.random.Generator) -> list[tuple[str, World, np.ndarray, np.ndarray]]:
     """Cases of the paper and tricky worlds, in a turned and moved frame."""
-    queries = [
+    queries: list[tuple[str, World, Any, Any]] = [
         (f"case {case.name}", load_table(case.table), case.start, case.goal)
         for case in load_cases().values()
     ]
@@ -152,7 +152,7 @@ def _queries(rng: np.random.Generator) -> list[tuple[str, World, np.ndarray, np.
     angle, shift = rng.uniform(-np.pi, np.pi), rng.uniform(-1, 1, 2)
     found = []
     for name, world, *ends in queries:
-        there, (start, goal) = moved(world, ends, angle, shift)
+        there, (start, goal) = moved(world, list(ends), angle, shift)
         found.append((name, there, start, goal))
     return found
 
@@ -174,9 +174,8 @@ def turns_of(answer: Any) -> list[tuple[np.ndarray, float]]:
 def _planned(ask: Ask, world: World, start: np.ndarray, goal: np.ndarray) -> tuple[Any, Any, Any]:
     """First turning point, turns, and the path round them, of a student's planner."""
     answer = ask("plan_turns", world, start, goal)
-    assert isinstance(answer, list) and len(answer) == 2, (
-        "give back the first turning point (or None) and the turns, in this order"
-    )
+    if not isinstance(answer, list) or len(answer) != 2:
+        raise AssertionError("give back the first turning point (or None) and the turns")
     turns = turns_of(answer[1])
     return answer[0], turns, taut_path(start, turns, goal)[0]
 
@@ -211,9 +210,9 @@ def planner(ask: Ask, rng: np.random.Generator) -> tuple[float, str]:
     """A planner for the sixteen cases, and for worlds whose nearest endpoint is a trap."""
     wrong = []
     queries = _queries(rng)
-    for name, *query in queries:
+    for name, world, start, goal in queries:
         try:
-            _solved(ask, *query)
+            _solved(ask, world, start, goal)
         except AssertionError as error:
             wrong.append(f"{name}: {error}")
             if "your code takes over" in str(error):
@@ -230,13 +229,14 @@ def _given(answer: Any) -> tuple[World, np.ndarray, np.ndarray, int, int, str]:
         "give back discs [(x, y, r), ...], start (x, y), goal (x, y), the wrong turn (number of "
         'the disc from 1 on, sense), and "mine" or "fs.plan"'
     )
-    assert isinstance(answer, list) and len(answer) == 5, remedy
+    if not isinstance(answer, list) or len(answer) != 5:
+        raise AssertionError(remedy)
     discs, start, goal, wrong, whose = answer
     count = np.shape(discs)[0] if np.ndim(discs) == 2 else 0
     assert 1 <= count <= MOST_DISCS, f"give one to {MOST_DISCS} discs (x, y, r); you have {count}"
     table = numbers(discs, (count, 3), remedy)
     number, sense = numbers(wrong, (2,), remedy)
-    assert number in range(1, count + 1) and sense in (1, -1), (
+    assert (number in range(1, count + 1), sense in (1, -1)) == (True, True), (
         f"your wrong turn is {number:g}, {sense:g}: give the disc's number and 1 or -1"
     )
     assert whose in ("mine", "fs.plan"), remedy

@@ -57,7 +57,7 @@ def _rate_of_s2(error: Any, w: Any, v_r: Any, w_r: Any, v_dot: Any, a: Any, c: A
 def controls(ask: Ask, rng: np.random.Generator) -> None:
     """V and w, put back into (12)."""
     error = rng.uniform(-0.1, 0.1, (3, 40)) * [[1], [1], [9]]
-    x_e, y_e, alpha_e = error
+    _, y_e, alpha_e = error
     v_r, w_r, v_dot, reach1, reach2 = rng.uniform(0.02, 0.2, (5, 40))
     a, c = rng.uniform(0.5, 1.5), rng.uniform(0.05, 0.1)
     pair = numbers(
@@ -149,7 +149,7 @@ def law(ask: Ask, rng: np.random.Generator) -> None:
 
 
 def _assert_law(error: Any, ahead: Any, gains: dict[str, float], v: Any, w: Any, t: float) -> None:
-    """Raise an `AssertionError` unless V and w fulfil (12), its denominator kept above the floor."""
+    """Raise an `AssertionError` unless V and w fulfil (12), with the floor."""
     a, c = gains["A"], gains["c"]
     known = ahead.v, ahead.omega, ahead.v_dot, a, c
     rest = _rate_of_s2(error, 0.0, *known)
@@ -179,7 +179,7 @@ def _measured(ask: Ask, gains: dict[str, float], seed: int) -> np.ndarray:
     tracker = Tracker(ask, "start", gains)
     run = simulate(tracker, reference(), None, STEP, offsets, NOISE, seed=seed)
     found = tracking(run)
-    return np.array([found[key].mean() for key in ("position_rms_m", "wheel_variation_m_s")])
+    return np.array([np.mean(found[key]) for key in ("position_rms_m", "wheel_variation_m_s")])
 
 
 def tuned(ask: Ask, rng: np.random.Generator) -> tuple[float, str]:

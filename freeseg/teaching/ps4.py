@@ -128,7 +128,7 @@ def contract(ask: Ask, rng: np.random.Generator) -> None:
         simulate(Tracker(ask), reference, None, courses.DT, disturbance=ROUGH, seed=case.seed).pose
         for _ in range(2)
     ]
-    assert np.array_equal(*runs), (
+    assert np.array_equal(runs[0], runs[1]), (
         "the same run again goes elsewhere: your law remembers the run before, or draws random "
         "numbers. Keep what it remembers in variables inside start"
     )

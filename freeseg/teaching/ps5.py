@@ -126,7 +126,7 @@ def stop(ask: Ask, rng: np.random.Generator) -> None:
 
 
 def _holm(values: np.ndarray) -> np.ndarray:
-    """Which comparisons hold by S. Holm's procedure (Scandinavian Journal of Statistics 6, 1979)."""
+    """Which comparisons hold: S. Holm, Scandinavian Journal of Statistics 6, 1979."""
     order = np.argsort(values)
     holds = values[order] <= (1 - LEVEL) / np.arange(len(values), 0, -1)
     found = np.zeros(len(values), bool)

@@ -5,11 +5,11 @@
 
 Nothing of the judge is here: no tests, seeds, baselines, no other submission. Each line that comes
 is a question in JSON, each that goes a reply. What a notebook does to this process, it does to
-itself; what leads out of it, files and programs and the network, is refused, and named in the next
-reply. That holds against what Python knows of, not against all: a container does.
+itself; what leads out of it, files and programs and the network, is refused, and the judge is told.
+That holds against what Python knows of, not against all: a container does.
 """
 
-import builtins
+import base64
 import io
 import os
 import signal
@@ -17,9 +17,10 @@ import socket
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import IPython
-import matplotlib
+import matplotlib as mpl
 from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
 from matplotlib_inline.backend_inline import configure_inline_support
@@ -34,27 +35,50 @@ from freeseg.teaching.plain import NotPlain, pack, unpack
 
 #: What answers may import without opening a file any more, so that it costs them no time.
 AT_HAND = (
-    "casadi matplotlib.pyplot scipy.integrate scipy.interpolate scipy.linalg scipy.optimize "
-    "scipy.signal scipy.spatial scipy.stats freeseg.display freeseg.maps freeseg.plotting "
-    "freeseg.studies.statistics freeseg.studies.tracking freeseg.studies.tuning "
-    "freeseg.trackers.mpc"
+    "casadi",
+    "freeseg.display",
+    "freeseg.maps",
+    "freeseg.plotting",
+    "freeseg.studies.statistics",
+    "freeseg.studies.tracking",
+    "freeseg.studies.tuning",
+    "freeseg.trackers.mpc",
+    "matplotlib.pyplot",
+    "scipy.integrate",
+    "scipy.interpolate",
+    "scipy.linalg",
+    "scipy.optimize",
+    "scipy.signal",
+    "scipy.spatial",
+    "scipy.stats",
 )
 #: Longest text that a cell may print (characters).
 LONGEST_OUTPUT = 20_000
-#: What leads out of this process, as Python's audit events name it: up to the dot or in full.
-OUTWARD = frozenset(
-    "ctypes fcntl ftplib http mmap msvcrt pty shutil smtplib socket sqlite3 subprocess syslog urllib "
-    "webbrowser winreg "
-    "os.chdir os.chflags os.chmod os.chown os.exec os.fchdir os.fork os.forkpty os.kill os.killpg "
-    "os.link os.lockf os.posix_spawn os.putenv os.rename os.spawn os.startfile os.symlink "
-    "os.system os.truncate os.unsetenv os.utime resource.prlimit resource.setrlimit "
-    "signal.pthread_kill sys.addaudithook".split()
+#: What leads out of this process, as Python names it in audit events: families, and single ones.
+FAMILIES = frozenset(
+    (
+        *("ctypes", "fcntl", "ftplib", "http", "mmap", "pty", "shutil", "smtplib", "socket"),
+        *("sqlite3", "subprocess", "syslog", "urllib", "webbrowser", "winreg"),
+    )
 )
+OUTWARD = frozenset(
+    (
+        *("os.chdir", "os.chflags", "os.chmod", "os.chown", "os.exec", "os.fchdir", "os.fork"),
+        *("os.forkpty", "os.kill", "os.killpg", "os.link", "os.lockf", "os.posix_spawn"),
+        *("os.putenv", "os.rename", "os.spawn", "os.startfile", "os.symlink", "os.system"),
+        *("os.truncate", "os.unsetenv", "os.utime", "resource.prlimit", "resource.setrlimit"),
+        *("signal.pthread_kill", "sys.addaudithook"),
+    )
+)
+#: Those with a path, which may lead to where an answer may read or write; and of them, those that
+#: change what is there.
+CHANGING = frozenset(("os.mkdir", "os.remove", "os.rmdir"))
+PATHS = CHANGING | {"open", "os.listdir", "os.scandir"}
 #: Modules that can do so unheard.
-UNHEARD = frozenset("_posixsubprocess _ctypes _testcapi _testinternalcapi _winapi".split())
+UNHEARD = frozenset(("_posixsubprocess", "_ctypes", "_testcapi", "_testinternalcapi", "_winapi"))
 
 
-def guard(folder, refused):
+def guard(folder, refused, replies):
     """Refuse from now on what leads out of this process.
 
     Parameters
@@ -63,68 +87,63 @@ def guard(folder, refused):
         The only one in which files may be written.
     refused : sequence of str
         Modules of freeseg whose sources may not be read.
-
-    Returns
-    -------
-    list of str
-        What is refused is added to it.
+    replies : int
+        Number of the file to which is written, at once, what is refused.
     """
-    told = []
-    package = os.path.dirname(freeseg.__file__)
-    libraries = {sys.prefix, sys.base_prefix, package, str(DATA), IPython.__path__[0], folder}
-    libraries |= {path for path in sys.path if "site-packages" in path or "dist-packages" in path}
-    readable = *(f"{os.path.abspath(path)}/" for path in libraries), "/usr/share/", "/dev/null"
-    listed = frozenset(map(os.path.abspath, sys.path)) | {path[:-1] for path in readable}
+    package = Path(freeseg.__file__).parent
+    libraries = {sys.prefix, sys.base_prefix, package, DATA, IPython.__path__[0], folder}
+    libraries |= {path for path in sys.path if path.endswith("-packages")}
+    readable = (*(f"{Path(path).absolute()}/" for path in libraries), "/usr/share/")
+    listed = {str(Path(path).absolute()) for path in sys.path} | {path[:-1] for path in readable}
     hidden = (
         f"{package}/teaching/ps",
         f"{package}/teaching/__pycache__/ps",
         *(f"{package}/{name.removeprefix('freeseg.').replace('.', '/')}" for name in refused),
     )
-    writable, writing = f"{folder}/", os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
-    paths = frozenset("open os.listdir os.scandir os.mkdir os.remove os.rmdir".split())
-    changing = frozenset("os.mkdir os.remove os.rmdir".split())
+    writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
+    tell, paths, changing = os.write, PATHS, CHANGING
+    outward, families, unheard = OUTWARD, FAMILIES, UNHEARD
 
-    # No builtin is called here, for a notebook could put others in their place.
-    def hook(
-        event, given, text=str, binary=bytes, whole=int, error=PermissionError, none=None.__class__
-    ):
-        family = event.partition(".")[0]
-        what = event
+    # No builtin is called here, and no name of this file, for a notebook could put others in
+    # their place.
+    def is_allowed(event, path, write):
+        places = []
+        for part in (path if path.startswith("/") else f"{folder}/{path}").split("/"):
+            if part == ".." and places:
+                places.pop()
+            elif part not in ("", ".", ".."):
+                places.append(part)
+        path = f"/{'/'.join(places)}"
+        if path.startswith(f"{folder}/") or path == "/dev/null":
+            return True
+        if write or path.startswith(hidden):
+            return False
+        return path.startswith(readable) or (event != "open" and path in listed)
+
+    def hook(event, given, text=str, binary=bytes, whole=int, error=PermissionError):
         if event in paths:
             path, write = given[0], event in changing
-            if path.__class__ is whole or path.__class__ is none:
-                return
+            if event == "open" and given[2].__class__ is whole:
+                write = given[2] & writing != 0
             if path.__class__ is binary:
                 path = path.decode("utf-8", "replace")
-            if path.__class__ is text:
-                if event == "open" and given[2].__class__ is whole:
-                    write = given[2] & writing != 0
-                places = []
-                full = path if path.startswith("/") else f"{writable}{path}"
-                for part in full.split("/"):
-                    if part == ".." and places:
-                        places.pop()
-                    elif part not in ("", ".", ".."):
-                        places.append(part)
-                path = f"/{'/'.join(places)}"
-                if event != "open" and not write and path in listed:
-                    return
-                if path.startswith(writable):
-                    return
-                if not write and path.startswith(readable) and not path.startswith(hidden):
-                    return
-                if path == "/dev/null":
-                    return
+            if path.__class__ is whole or path is None:
+                return
+            if path.__class__ is text and is_allowed(event, path, write):
+                return
             what = f"{event} {path}" if path.__class__ is text else event
-        elif not (event in OUTWARD or family in OUTWARD or (event == "import" and given[0] in UNHEARD)):
+        elif event in outward or event.partition(".")[0] in families:
+            what = event
+        elif event == "import" and given[0] in unheard:
+            what = f"import {given[0]}"
+        else:
             return
-        told.append(what)
+        tell(replies, b'{"refused": "%s"}\n' % what.encode("utf-8", "replace").hex().encode())
         raise error(f"{what}: an answer reaches nothing outside of its own process")
 
     subprocess._fork_exec = None
     sys.modules.pop("_posixsubprocess", None)
     sys.addaudithook(hook)
-    return told
 
 
 class Cells:
@@ -138,7 +157,7 @@ class Cells:
         # What it would print of an error is told in the cell's outputs.
         self.shell.showtraceback = self.shell.showsyntaxerror = lambda *_, **__: None
         self.shell.enable_gui = lambda *_: None
-        matplotlib.interactive(True)
+        mpl.interactive(True)
         configure_inline_support(self.shell, "inline")
         sys.modules["__main__"] = self.shell.user_module
 
@@ -162,8 +181,6 @@ class Cells:
 def text(value):
     """Data of an output as text."""
     if isinstance(value, bytes):
-        import base64
-
         return base64.b64encode(value).decode()
     return str(value)
 
@@ -180,14 +197,14 @@ def serve(questions, replies):
     for stream in (0, 1, 2):
         os.dup2(null, stream)
     teaching.check = lambda *_, **__: None  # the judge runs the tests
-    cells, kept, told = Cells(), {}, []
+    cells, kept = Cells(), {}
     for line in questions:
         question = unpack(line, question=True)
         if question["do"] == "begin":
             os.chdir(question["folder"])
             limit(question["memory"])
             refuse(*question["refused"])
-            told = guard(question["folder"], question["refused"])
+            guard(question["folder"], question["refused"], replies.fileno())
             reply = {}
         elif question["do"] == "cell":
             reply = {"outputs": cells.run(question["source"])}
@@ -202,8 +219,6 @@ def serve(questions, replies):
                 reply = {"problem": problem} if problem else {"found": unpack(packed(name, found))}
             except NotPlain as error:
                 reply = {"problem": str(error)}
-        reply["refused"] = told[:]
-        told.clear()
         replies.write(pack(reply).encode() + b"\n")
         replies.flush()
 
@@ -238,12 +253,11 @@ def host(number):
 
 if __name__ == "__main__":
     sys.path.pop(0)  # the folder of this file, in which the course is
-    for name in AT_HAND.split():
+    for name in AT_HAND:
         try:
             import_module(name)
         except ImportError:
             continue
-    builtins.input = None
     if sys.argv[1:]:
         host(int(sys.argv[1]))
     else:

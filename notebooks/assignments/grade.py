@@ -81,7 +81,7 @@ CONFINED = (
 HOW_TO = """# Problem sets
 
 1. Install Python 3.11 or newer, then: `pip install "freeseg[notebooks]"`
-2. Open a set with `jupyter lab`, write your id into its second cell, and your answers where it says so.
+2. Open a set with `jupyter lab`, write your id into it, and your answers where it says so.
 3. Hand in the notebook under its own name. What you add, code or text, stays in it; cells named
    `check(...)` test your answers, and are run anew when your set is graded.
 """
@@ -385,7 +385,9 @@ def report(folder=HERE, remarks=None):
     known |= remarks or {}
     with open_book(course) as book:
         graded = {key: _grades(book, *key) for key in known}
-    for key in tqdm(sorted(known if remarks is None else remarks), desc="report", unit="submission"):
+    for key in tqdm(
+        sorted(known if remarks is None else remarks), desc="report", unit="submission"
+    ):
         if graded[key] and not _write_feedback(course, folder, *key):
             known[key].append("no feedback: nbgrader stopped")
     file.write_text(json.dumps([[*key, notes] for key, notes in known.items()]), encoding="utf-8")
@@ -457,9 +459,7 @@ def _write_leaderboard(folder, keys):
 
 def _write_feedback(course, folder, name, student):
     """Write a student's feedback to a set, below the student's own name; whether that was done."""
-    made, given = (
-        folder / "build" / "feedback" / who / name for who in (_alias(student), student)
-    )
+    made, given = (folder / "build" / "feedback" / who / name for who in (_alias(student), student))
     if convert(GenerateFeedback, course, name, student):
         return False
     if made != given:
@@ -506,7 +506,9 @@ def build_container(root):
     engine = shutil.which("podman") or shutil.which("docker")
     if not engine:
         raise SystemExit("there is neither podman nor docker; install one, or grade without")
-    subprocess.run([engine, "build", "-t", IMAGE, "-f", "-", root], input=DOCKERFILE.encode(), check=True)
+    subprocess.run(
+        [engine, "build", "-t", IMAGE, "-f", "-", root], input=DOCKERFILE.encode(), check=True
+    )
     return [engine, *CONFINED.split(), IMAGE, "python", "/answers/answers.py"]
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import zlib
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +19,7 @@ from nbgrader.preprocessors import NbGraderPreprocessor
 
 from freeseg.teaching.check import LIMIT, Late, judge, too_long
 from freeseg.teaching.own_work import REFUSED
-from freeseg.teaching.plain import NotPlain, pack, unpack
+from freeseg.teaching.plain import NotPlain, pack
 
 ANSWERS = Path(__file__).resolve().with_name("answers.py")
 #: How many times the time of a student's own check a call may take when it is graded.
@@ -80,10 +81,8 @@ class Forked:
 
     def kill(self):
         """End it."""
-        try:
+        with suppress(ProcessLookupError):
             os.kill(self.number, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
 
 
 class Started:
@@ -170,10 +169,8 @@ class Answers:
         if self.process:
             self.process.kill()
             for stream in (self.process.questions, self.process.replies):
-                try:
+                with suppress(OSError):
                     stream.close()
-                except OSError:
-                    pass
             self.process = None
 
     def _start(self):
@@ -194,18 +191,24 @@ class Answers:
         try:
             self.process.questions.write(pack(question).encode() + b"\n")
             self.process.questions.flush()
-            line = self.process.replies.readline(LONGEST_REPLY)
-            reply = unpack(line) if line.endswith(b"\n") else None
-        except (OSError, NotPlain):
+            reply = self._read()
+            while isinstance(reply, dict) and list(reply) == ["refused"]:
+                what = bytes.fromhex(reply["refused"]).decode("utf-8", "replace")
+                self._note(f"tried to reach out of its process: {what:.200}")
+                reply = self._read()
+        except (OSError, ValueError, TypeError, NotPlain):
             reply = None
         finally:
             watch.timer.cancel()
         if not isinstance(reply, dict):
             self.stop()
-            raise Late if watch.late else Gone("your code ended Python, or wrote what it should not")
-        for what in reply.get("refused") or ():
-            self._note(f"tried to reach out of its process: {what!s:.200}")
+            raise Late if watch.late else Gone("your code ended Python, or spoke in its place")
         return reply
+
+    def _read(self):
+        """What the process says next."""
+        line = self.process.replies.readline(LONGEST_REPLY)
+        return unpack(line) if line.endswith(b"\n") else None
 
     def _note(self, remark):
         if remark not in self.remarks:

@@ -81,8 +81,9 @@ def collect(source, sets, roster, unpacked):
     ]
     folders = sorted(path for path in source.glob("*") if path.is_dir() and path.name != "__MACOSX")
     if not files and not folders:
-        raise SystemExit(f"{source} has no notebooks; give what the platform gives, or one folder "
-                         "a student")
+        raise SystemExit(
+            f"{source} has no notebooks; give what the platform gives, or one folder a student"
+        )
     given, remarks = {}, {}
     for file in files:
         shown = file.relative_to(source)
