@@ -25,7 +25,7 @@ if not find_spec("nbgrader"):
         allow_module_level=True,
     )
 import nbgrader.api
-from test_assignments import FOLDER, NAMES, nbgrader_cells, read, tests_of
+from test_assignments import FOLDER, NAMES, nbgrader_cells, points_of, read
 
 #: What nbgrader asks another program at every new grade book is always the same.
 nbgrader.api.get_alembic_version = functools.cache(nbgrader.api.get_alembic_version)
@@ -129,7 +129,7 @@ def test_a_lecturer_s_first_week(course):
         "broken": "", "empty": "", "lost": "",
     }  # fmt: skip
     assert rows["71"]["Email address"] == "ada@x.org"
-    assert [rows["72"][f"ps1.{test}"] for test in tests_of("ps1")] == [
+    assert [rows["72"][f"ps1.{test}"] for test in points_of("ps1")] == [
         "5.0",
         "5.0",
         "3.0",
@@ -192,7 +192,7 @@ def test_grading_by_nbgrader(name, tmp_path):
     hand_in(course.submissions / "reference" / f"{name}.ipynb", solve(released, read(part)))
     rows = course.graded(jobs=2)
     assert float(rows["untouched"][part]) == 0
-    assert float(rows["reference"][part]) == sum(tests_of(part).values())
+    assert float(rows["reference"][part]) == sum(points_of(part).values())
     if part == "ps4":
         assert course.rows("leaderboard")["reference"]["place"] == "1"
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from freeseg.disturbance import Disturbance
+from freeseg.geometry import unit
 from freeseg.metrics import tracking
 from freeseg.paper import load_cases, load_table
 from freeseg.planners import plan
@@ -134,6 +135,10 @@ def law(ask: Ask, rng: np.random.Generator) -> None:
     for t in times:
         here, ahead = reference().at(t), reference().at(t + STEP / 2)
         pose = here.pose + rng.normal(size=3) * (0.06, 0.03, 0.4)
+        if t == times[-1]:
+            # On the path and so far ahead that the floor counts.
+            far = 1.5 * gains["c"] / (gains["A"] * ahead.v)
+            pose = here.pose + far * np.array([*unit(here.pose[2]), 0.0])
         v, w = numbers(mine(t, pose), (2,), "a law gives back V and w")
         error = tracking_error(here.pose, pose)
         _assert_law(error, ahead, gains, v, w, t)

@@ -444,7 +444,7 @@ def _write_leaderboard(folder, keys):
         for cell in _graded(folder, name, student).cells:
             texts = [one.text for one in cell.get("outputs", ()) if "text" in one]
             if handed_in.cell_name(cell) == "contest" and texts:
-                found = re.search(r"^r = ([\d.]+): (.*)$", texts[0], re.M)
+                found = re.search(r"^r = (-?[\d.]+): (.*)$", texts[0], re.M)
                 entries += [(float(found[1]), student, found[2])] if found else []
     if entries:
         table = folder / "build" / "leaderboard.csv"

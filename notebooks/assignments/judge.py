@@ -19,7 +19,7 @@ from nbgrader.preprocessors import NbGraderPreprocessor
 
 from freeseg.teaching.check import LIMIT, Late, judge, too_long
 from freeseg.teaching.own_work import REFUSED
-from freeseg.teaching.plain import NotPlain, pack
+from freeseg.teaching.plain import NotPlain, pack, unpack
 
 ANSWERS = Path(__file__).resolve().with_name("answers.py")
 #: How many times the time of a student's own check a call may take when it is graded.

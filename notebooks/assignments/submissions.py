@@ -40,7 +40,9 @@ def letters(name):
 
 def _names_of(row):
     """All that a roster calls a student, by letters."""
-    names = {letters(value) for value in row.values() if value}
+    # A first name alone may be that of several.
+    parts = ("First name", "Last name", "Surname")
+    names = {letters(value) for key, value in row.items() if value and key not in parts}
     first, last = row.get("First name", ""), row.get("Last name", row.get("Surname", ""))
     if row.get("Student"):  # Canvas: "Last, First"
         last, _, first = row["Student"].partition(",")
