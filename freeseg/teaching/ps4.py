@@ -64,7 +64,8 @@ def cases(draw: int, number: int) -> tuple[Case, ...]:
         start, goal = course.reference.pose[:2, [0, -1]].T
         path = plan(course.world, start, goal, margin=courses.WIDE_MARGIN).path
         saved = path.length - shortest_path(course.world, start, goal, margin=NARROW).path.length
-        if SAVED[0] < saved < SAVED[1]:
+        roomy = path.clearance(course.world) > KheperaIV().radius + 0.49 * courses.WIDE_MARGIN
+        if roomy and SAVED[0] < saved < SAVED[1]:
             given = _along(path, course.world)
             found.append(Case(course.world, start, goal, given, (draw, k)))
         if len(found) == number:
