@@ -24,7 +24,7 @@ from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
 from freeseg.teaching import ps2, ps3, ps4
-from freeseg.teaching.check import SETS, Here, Late, Law, find_test
+from freeseg.teaching.check import PROBLEM_SETS, Here, Late, Law, find_test
 from freeseg.teaching.check import judge as judge_test
 from freeseg.teaching.own_work import REFUSED, without
 
@@ -81,7 +81,7 @@ def patient(monkeypatch):
     monkeypatch.setattr(judge.Answers, "patience", 100.0)
     monkeypatch.setattr(judge, "PATIENCE", 100.0)
     monkeypatch.setattr(Here, "patience", 100.0)
-    monkeypatch.setattr(ps4, "CASES", 1)
+    monkeypatch.setattr(ps4, "CASES_OF_DRAW", 1)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def shares(part, answers, tests):
     return {name: judge_test(f"{part}.{name}", answers, seeds) for name in tests}
 
 
-@pytest.mark.parametrize("part", SETS)
+@pytest.mark.parametrize("part", PROBLEM_SETS)
 def test_untouched_gets_nothing_and_says_what_is_missing(part):
     with answers_of(untouched(part), part) as answers:
         for share, said in shares(part, answers, points_of(part)).values():
@@ -117,7 +117,7 @@ def test_untouched_gets_nothing_and_says_what_is_missing(part):
             assert len(second) > 20
 
 
-@pytest.mark.parametrize("part", SETS)
+@pytest.mark.parametrize("part", PROBLEM_SETS)
 def test_the_reference_gets_everything(part, solved):
     found = shares(part, solved(part), points_of(part))
     assert {name: share for name, (share, _) in found.items() if share < 1} == {}
@@ -250,7 +250,7 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("part", SETS)
+@pytest.mark.parametrize("part", PROBLEM_SETS)
 def test_other_dress_gets_everything(part):
     """Ten variants of each set, on all tests but those that take long, and on one of these."""
     quick = set(points_of(part)) - LONG
@@ -510,7 +510,7 @@ def test_a_law_may_take_as_long_as_the_robot_drives():
         law(0.3, np.zeros(3))
 
 
-@pytest.mark.parametrize("part", SETS)
+@pytest.mark.parametrize("part", PROBLEM_SETS)
 def test_lessons_hold_at_most_a_quarter_of_a_set(part):
     """Every function of the lessons that a set needs, in place of every answer."""
     source = read(part)
@@ -559,7 +559,7 @@ def defined(source):
     return {one.name: names[one.name] for one in body}
 
 
-@pytest.mark.parametrize("part", SETS)
+@pytest.mark.parametrize("part", PROBLEM_SETS)
 def test_a_set_says_what_it_is(part):
     source = read(part)
     first = source.cells[0].source

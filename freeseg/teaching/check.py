@@ -238,7 +238,7 @@ def find_test(name: object) -> Callable[[Ask, np.random.Generator], Any]:
         For a name that is none.
     """
     part, _, exercise = name.partition(".") if isinstance(name, str) else ("", "", "")
-    if part in SETS:
+    if part in PROBLEM_SETS:
         tests = import_module(f"freeseg.teaching.{part}")
         if exercise in tests.__all__:
             return getattr(tests, exercise)
@@ -247,7 +247,7 @@ def find_test(name: object) -> Callable[[Ask, np.random.Generator], Any]:
 
 
 #: The problem sets.
-SETS = ("ps1", "ps2", "ps3", "ps4", "ps5")
+PROBLEM_SETS = ("ps1", "ps2", "ps3", "ps4", "ps5")
 
 
 def judge(name: str, ask: Ask, seeds: Sequence[int]) -> tuple[float, str]:

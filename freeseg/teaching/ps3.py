@@ -19,7 +19,7 @@ from freeseg.teaching.check import Ask, Tracker
 __all__ = ["controls", "law", "nearest", "singular", "tuned"]
 
 #: Time step of all runs (s).
-STEP = 0.05
+TIME_STEP = 0.05
 #: Gains with which the tuned ones are compared, as the set states them.
 START_GAINS = {
     "k1": 0.4,
@@ -37,7 +37,7 @@ ROBOTS, OFF = 8, np.array([[0.02], [0.02], [np.radians(20)]])
 #: Costs for none and for all of the points; the start gains cost 2.
 NO_POINTS, ALL_POINTS = 1.9, 1.7
 #: For derivatives by differences.
-TINY = 1e-6
+SHORTLY = 1e-6
 
 
 def _gamma(v_r: Any, y_e: Any, a: Any, c: Any) -> Any:
@@ -50,9 +50,9 @@ def _rate_of_s2(error: Any, w: Any, v_r: Any, w_r: Any, v_dot: Any, a: Any, c: A
     x_e, y_e, alpha_e = error
     y_rate = v_r * np.sin(alpha_e) - x_e * w
     ahead, behind = (
-        _gamma(v_r + step * v_dot, y_e + step * y_rate, a, c) for step in (TINY, -TINY)
+        _gamma(v_r + step * v_dot, y_e + step * y_rate, a, c) for step in (SHORTLY, -SHORTLY)
     )
-    return w_r - w + (ahead - behind) / (2 * TINY)
+    return w_r - w + (ahead - behind) / (2 * SHORTLY)
 
 
 def controls(ask: Ask, rng: np.random.Generator) -> None:
@@ -90,7 +90,7 @@ def singular(ask: Ask, rng: np.random.Generator) -> None:
         "the denominator is 1 plus something of the sign of x_e: it can vanish only where the "
         "robot is ahead of its reference, x_e < 0"
     )
-    step = TINY * c / (v_r * np.abs(x_e))
+    step = SHORTLY * c / (v_r * np.abs(x_e))
     ahead, behind = (_gamma(v_r, y_e - x_e * turn, a, c) - turn for turn in (step, -step))
     change = (ahead - behind) / (2 * step)
     assert np.allclose(change, 0, atol=1e-4), (
@@ -109,7 +109,7 @@ def nearest(ask: Ask, rng: np.random.Generator) -> None:
         # A turn changes s2 downwards everywhere: w has the same influence in sign.
         for share, works in ((0.99, True), (1.01, False)):
             there = np.full_like(y_e, -share * mine)
-            slopes = [_gamma(v_r, y_e - there * turn, a, c) - turn for turn in (TINY, -TINY)]
+            slopes = [_gamma(v_r, y_e - there * turn, a, c) - turn for turn in (SHORTLY, -SHORTLY)]
             falls = ((slopes[0] - slopes[1]) < 0).all()
             assert falls == works, (
                 f"up to {1000 * mine:.1f} mm ahead, says yours, the denominator stays positive for "
@@ -130,10 +130,10 @@ def law(ask: Ask, rng: np.random.Generator) -> None:
     """The law, on random states and in a run."""
     low, high = (0.1, 1, 0.05, 0.2, 0.5, 0.004, 0.2), (0.3, 3, 0.2, 1, 1.5, 0.01, 0.4)
     gains = dict(zip(START_GAINS, rng.uniform(low, high).tolist(), strict=True))
-    mine = Tracker(ask, "start", gains).start(reference(), KheperaIV(), STEP)
+    mine = Tracker(ask, "start", gains).start(reference(), KheperaIV(), TIME_STEP)
     times = (*rng.uniform(0.02, 0.2, 6), *rng.uniform(0.5, reference().duration - 0.5, 24))
     for t in times:
-        here, ahead = reference().at(t), reference().at(t + STEP / 2)
+        here, ahead = reference().at(t), reference().at(t + TIME_STEP / 2)
         pose = here.pose + rng.normal(size=3) * (0.06, 0.03, 0.4)
         if t == times[-1]:
             # On the path and so far ahead that the floor counts.
@@ -146,7 +146,7 @@ def law(ask: Ask, rng: np.random.Generator) -> None:
         Tracker(ask, "start", START_GAINS),
         reference(),
         None,
-        STEP,
+        TIME_STEP,
         initial_offset=(-0.02, 0.03, 0.3),
     )
     final = tracking(run)["position_final_m"]
@@ -182,7 +182,7 @@ def _measured(ask: Ask, gains: dict[str, float], seed: int) -> np.ndarray:
     """RMS position error (m) and wheel variation (m/s) of a student's law with gains."""
     offsets = OFF * np.random.default_rng(seed).uniform(-1, 1, (3, ROBOTS))
     tracker = Tracker(ask, "start", gains)
-    run = simulate(tracker, reference(), None, STEP, offsets, NOISE, seed=seed)
+    run = simulate(tracker, reference(), None, TIME_STEP, offsets, NOISE, seed=seed)
     found = tracking(run)
     return np.array([np.mean(found[key]) for key in ("position_rms_m", "wheel_variation_m_s")])
 

@@ -40,7 +40,7 @@ SECOND, WORK, TOUCH = 1.5, 20.0, 1000.0
 #: Cost over that of the best baseline for none and for all of the points.
 PAYS_FROM, PAYS_ALL = 0.9, 0.45
 #: Cases of a draw; in each, another path with a narrow margin is so much shorter (m).
-CASES, NARROW, SAVED = 2, 0.02, (0.05, 0.1)
+CASES_OF_DRAW, NARROW, SAVED = 2, 0.02, (0.05, 0.1)
 #: What "arrived" means: distance from the goal, and from the path all the way (m).
 AT_GOAL, ASTRAY = 0.02, 0.05
 
@@ -117,7 +117,7 @@ def baselines(draw: int) -> dict[str, float]:
             np.mean(
                 [
                     _cost(tracker, case, case.given, rough)
-                    for case in cases(draw, CASES)
+                    for case in cases(draw, CASES_OF_DRAW)
                     for rough in (False, True)
                 ]
             )
@@ -149,7 +149,7 @@ def contract(ask: Ask, rng: np.random.Generator) -> None:
 
 def arrives(ask: Ask, rng: np.random.Generator) -> None:
     """The robot arrives."""
-    for case in cases(int(rng.integers(2**20)), CASES):
+    for case in cases(int(rng.integers(2**20)), CASES_OF_DRAW):
         tracker, reference = Tracker(ask), _reference(ask, case)
         run = simulate(tracker, reference, None, courses.DT, disturbance=ROUGH, seed=case.seed)
         found = measure(run, case.world)
@@ -171,7 +171,7 @@ def contest(ask: Ask, rng: np.random.Generator) -> tuple[float, str]:
     mine = np.mean(
         [
             _cost(Tracker(ask), case, _reference(ask, case), rough)
-            for case in cases(draw, CASES)
+            for case in cases(draw, CASES_OF_DRAW)
             for rough in (False, True)
         ]
     )

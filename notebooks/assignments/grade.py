@@ -50,7 +50,7 @@ from nbgrader.utils import capture_log
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 import submissions as handed_in  # noqa: E402
-from judge import Judge, judge_notebook  # noqa: E402
+from judge import Judge, judged  # noqa: E402
 
 # nbgrader runs alembic by its name: it is beside this Python, active environment or not.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
@@ -247,17 +247,11 @@ def _judge_all(folder, notebooks, command, jobs):
     secret = secret_of(folder)
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
         asked = {
-            (name, _alias(student)): pool.submit(_judged, notebook, name, secret, command)
+            (name, _alias(student)): pool.submit(judged, notebook, name, secret, command)
             for (name, student), notebook in notebooks.items()
         }
-        for key, judged in tqdm(asked.items(), desc="judge", unit="submission"):
-            Judge.done[key] = judged.result()
-
-
-def _judged(notebook, name, secret, command):
-    """Outputs of all cells of a notebook by their ids, and remarks."""
-    remarks = judge_notebook(notebook, name, secret, command)
-    return {cell.id: cell.outputs for cell in notebook.cells if "outputs" in cell}, remarks
+        for key, found in tqdm(asked.items(), desc="judge", unit="submission"):
+            Judge.done[key] = found.result()
 
 
 def _graded(folder, name, student):
