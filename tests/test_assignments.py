@@ -115,6 +115,9 @@ def test_untouched_gets_nothing_and_says_what_is_missing(part):
             first, second, *_ = said.splitlines()
             assert first.startswith(("not yet: ", "so far 0 %"))
             assert len(second) > 20
+        # The picture at its end says what is missing, too.
+        outputs = answers.run(untouched(part).cells[-1].source)
+        assert not [one for one in outputs if one.output_type == "error"]
 
 
 @pytest.mark.parametrize("part", PROBLEM_SETS)
@@ -611,3 +614,28 @@ def test_alike_is_named_whatever_the_names():
         {"ada": first, "bob": other, "eve": untouched("ps5")}, untouched("ps5"), {}
     )
     assert hints == [("ada", "a hint: 100% as in bob"), ("bob", "a hint: 100% as in ada")]
+
+
+def test_model_answers_say_what_is_measured():
+    why = nbgrader_cells(read("ps2"))["why"].source
+    cell = nbgrader_cells(read("ps2"))["answer-break"].source
+    names = {}
+    exec(cell, names)
+    discs, start, goal, wrong, whose = names["hard_case"]()
+    world = fs.World([fs.Disc((x, y), r) for x, y, r in discs])
+    found, best = fs.plan(world, start, goal), fs.shortest_path(world, start, goal)
+    assert whose == "fs.plan"
+    assert [(one.obstacle + 1, one.sense) for one in found.turning_points] == [wrong]
+    assert f"a path of {1000 * found.path.length:.0f} mm" in why
+    assert f"path, {1000 * best.path.length:.0f} mm, turns round 5, 2 and 1" in why
+    assert [one.obstacle + 1 for one in best.turning_points] == [5, 2, 1]
+    *_, text, _, picture = read("ps3").cells
+    printed = picture.outputs[0].text
+    for seconds in re.findall(r"until (\d\.\d\d) s", printed):
+        assert f"until {seconds} s" in text.source
+    *_, discussion, table = read("ps4").cells
+    numbers = re.findall(r"\d\.\d\d", table.outputs[0].data["text/markdown"])
+    (_, pid), (_, sliding), (mine, alone) = np.array(numbers, float).reshape(3, 2)
+    assert pid == sliding == 0.01
+    assert f"only to {alone:.2f} mm" in discussion.source
+    assert mine < alone + 0.1
