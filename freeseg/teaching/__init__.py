@@ -1,4 +1,4 @@
-"""What the problem sets in ``notebooks/assignments/`` share."""
+"""What the problem sets in ``notebooks/assignments/`` share, and their tests."""
 
 from freeseg.teaching.check import check, quietly
 from freeseg.teaching.own_work import NotOwn, without

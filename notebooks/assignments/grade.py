@@ -1,35 +1,38 @@
 """Release the problem sets and grade what comes back; README.md beside this file says when.
 
-python notebooks/assignments/grade.py release         makes build/release/
-python notebooks/assignments/grade.py grade FOLDER    grades, then reports
-python notebooks/assignments/grade.py report          writes build/grades.csv and build/feedback/
-python notebooks/assignments/grade.py forget NAME     removes a student, as after a wrong folder
+python notebooks/assignments/grade.py release          makes build/release/, and a zip for students
+python notebooks/assignments/grade.py collect SOURCE   says what would be graded of whom
+python notebooks/assignments/grade.py grade SOURCE     grades, then reports
+python notebooks/assignments/grade.py report           writes build/grades.csv and build/feedback/
+python notebooks/assignments/grade.py forget NAME      removes a student, as after a wrong folder
 
-nbgrader does the work; its exit codes do not tell what happened to whom, so what is reported is
-read from its grade book, and what it would trust in a submission is put right before.
+nbgrader keeps the grade book; judge.py judges, in its place, answers that run in another process.
 """
 
 import argparse
-import ast
 import atexit
 import csv
-import dis
 import json
 import logging
 import os
 import re
+import secrets
 import shutil
+import subprocess
 import sys
 import warnings
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
+from datetime import UTC, datetime
 from functools import cache
 from importlib.util import find_spec
+from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from uuid import uuid4
+from zipfile import ZipFile, ZipInfo
 
 import nbformat
-from IPython.core.inputtransformer2 import TransformerManager
 from tqdm import tqdm
 from traitlets.config import PyFileConfigLoader
 
@@ -45,17 +48,43 @@ from nbgrader.coursedir import CourseDirectory
 from nbgrader.utils import capture_log
 
 HERE = Path(__file__).resolve().parent
-COLUMNS = ["set", "student", "score", "max_score", "to_grade_by_hand", "remarks"]
+sys.path.insert(0, str(HERE))
+import submissions as handed_in  # noqa: E402
+from judge import Judge, judged  # noqa: E402
 
 # nbgrader runs alembic by its name: it is beside this Python, active environment or not.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-# Kernels that inherit this, which many CI systems set, draw no picture into the notebook.
-os.environ.pop("MPLBACKEND", None)
 # Of SQLAlchemy, at every submission; nbgrader works with it all the same.
 warnings.filterwarnings("ignore", module="nbgrader")
 # What nbgrader logs is captured, not shown between the progress.
 LOG = logging.getLogger("freeseg.assignments")
 LOG.propagate = False
+
+#: What a container for answers is made of: the package and answers.py, nothing of the course.
+DOCKERFILE = """
+FROM python:3.12-slim
+WORKDIR /freeseg
+COPY environment.txt pyproject.toml README.md LICENSE ./
+COPY freeseg freeseg
+COPY data data
+RUN pip install --no-cache-dir -r environment.txt && chmod -R a+rX .
+COPY notebooks/assignments/answers.py /answers/answers.py
+"""
+#: Its name, and what it may do: compute, and nothing else.
+IMAGE = "freeseg-answers"
+CONFINED = (
+    "run -i --rm --network none --memory 4g --pids-limit 256 --read-only --tmpfs /tmp "
+    "--cap-drop ALL --user 65534:65534 --env HOME=/tmp --env MPLCONFIGDIR=/tmp "
+    "--env MPLBACKEND=module://matplotlib_inline.backend_inline"
+)
+#: What students read beside the notebooks.
+HOW_TO = """# Problem sets
+
+1. Install Python 3.11 or newer, then: `pip install "freeseg[notebooks]"`
+2. Open a set with `jupyter lab`, write your id into it, and your answers where it says so.
+3. Hand in the notebook under its own name. What you add, code or text, stays in it; cells named
+   `check(...)` test your answers, and are run anew when your set is graded.
+"""
 
 
 def open_course(folder):
@@ -106,84 +135,134 @@ def names_of_sets(folder):
     return sorted(file.stem for file in folder.glob("*/*.ipynb") if file.stem == file.parent.name)
 
 
+def secret_of(folder):
+    """From which the seeds of a course's tests are made: drawn once, and told to nobody."""
+    file = folder / "build" / "secret.txt"
+    if not file.exists():
+        file.write_text(secrets.token_hex(16), encoding="utf-8")
+    return file.read_text(encoding="utf-8")
+
+
 def release(folder=HERE):
-    """Write what students get to build/release/, and the tests into the grade book."""
+    """Write what students get to build/release/ and a zip, and the tests into the grade book."""
     course = open_course(folder)
+    secret_of(folder)
+    released = folder / "build" / "release"
     for name in tqdm(names_of_sets(folder), desc="release", unit="set"):
         if log := convert(GenerateAssignment, course, name):
             raise SystemExit(f"{name} cannot be released:\n{log}")
+    with ZipFile(released / "problem_sets.zip", "w") as archive:
+        for name in names_of_sets(folder):
+            text = (released / name / f"{name}.ipynb").read_text(encoding="utf-8")
+            # Whoever has the zip has no lessons beside it.
+            text = re.sub(r"\[(\w+)\]\(\.\./\.\./\w+\.ipynb\)", r"lesson \1", text)
+            archive.writestr(ZipInfo(f"problem_sets/{name}.ipynb"), text)
+        archive.writestr(ZipInfo("problem_sets/README.md"), HOW_TO)
 
 
-def grade(submissions, folder=HERE):
-    """Grade every notebook below a folder of folders, one of each student; then report.
+def grade(source, folder=HERE, roster=None, due=None, command=None, jobs=1):
+    """Grade every notebook of a download; then report.
 
     Parameters
     ----------
-    submissions : Path
-        The first folder below it names the student, the notebook's own name the set.
+    source : Path
+        As for `submissions.collect`.
     folder : Path, optional
         Where the course is.
+    roster : Path, optional
+        Table of the students; by default, that of the last time.
+    due : datetime, optional
+        When they were to be handed in; by default, as the last time.
+    command : list of str, optional
+        What starts the answers' process.
+    jobs : int, optional
+        How many submissions are judged at once.
     """
-    course = open_course(folder)
-    released = {}
+    course, released = open_course(folder), {}
     for name in names_of_sets(folder):
         file = folder / "build" / "release" / name / f"{name}.ipynb"
         if not file.exists():
             raise SystemExit(f"{name} is not released yet; run: grade.py release")
         released[name] = nbformat.read(file, as_version=4)
-    files = [
-        file
-        for file in sorted(submissions.rglob("*"))
-        if file.suffix.lower() == ".ipynb"
-        and file.is_file()
-        and not {".ipynb_checkpoints", "__MACOSX"} & set(file.parts)
-    ]
-    folders = sorted(path for path in submissions.glob("*") if path.is_dir())
-    if not files and not folders:
-        raise SystemExit(f"{submissions} has no notebooks; give a folder with one folder a student")
-    handed_in = {file.relative_to(submissions).parts[0] for file in files}
-    remarks = {
-        ("", path.name): ["not graded: there is no notebook in this folder"]
-        for path in folders
-        if path.name not in handed_in
-    }
-    taken = {}
-    for file in tqdm(files, desc="grade", unit="submission"):
-        shown = file.relative_to(submissions)
-        student, *_ = shown.parts
-        name = next((name for name in released if file.stem.startswith(name)), "")
-        notes = remarks.setdefault((name, student), [])
-        if not name or file.parent == submissions:
-            notes.append(f"not graded: {shown} is not <student>/…/<set>.ipynb")
-            continue
-        if (name, student) in taken:
-            notes.append(f"it is there twice: {taken[name, student]} counts, {shown} does not")
-            continue
-        taken[name, student] = shown
-        try:
-            submitted = read_submission(file)
-            restored, changes = restore(submitted, released[name])
-        except Exception as error:  # whatever a broken file makes nbformat raise
-            notes.append(f"not graded: cannot be read ({type(error).__name__}: {str(error)[:200]})")
-            _forget(course, name, student)
-            continue
-        notes += changes
-        if _names_nobody(submitted, released[name]):
-            notes.append("no id is written in it: its worlds are those of all such submissions")
-        target = folder / "build" / "submitted" / _alias(student) / name / f"{name}.ipynb"
-        target.parent.mkdir(parents=True, exist_ok=True)
-        nbformat.write(restored, target)
+    if roster:
+        shutil.copyfile(roster, folder / "build" / "roster.csv")
+    with TemporaryDirectory() as unpacked:
+        found, remarks = handed_in.collect(source, released, _roster(folder), Path(unpacked))
+        notebooks = {}
+        for key, file in found.items():
+            try:
+                submitted = read_submission(file)
+                notebooks[key], changes = restore(submitted, released[key[0]])
+            except Exception as error:  # whatever a broken file makes nbformat raise
+                why = f"{type(error).__name__}: {str(error)[:200]}"
+                remarks[key].append(f"not graded: cannot be read ({why})")
+                _forget(course, *key)
+                continue
+            remarks[key] += changes
+            _submit(folder, *key, notebooks[key], file.stat().st_mtime)
+    if due:
+        with open_book(course) as book:
+            for name in {name for name, _ in notebooks}:
+                book.update_or_create_assignment(name, duedate=str(due.astimezone(UTC)))
+    for name in sorted({name for name, _ in notebooks}):
+        originals = {"the reference solution": _reference(folder, name)}
+        alike = handed_in.similar(
+            {who: notebook for (one, who), notebook in notebooks.items() if one == name},
+            released[name],
+            originals,
+        )
+        for who, note in alike:
+            remarks[name, who].append(note)
+    _judge_all(folder, notebooks, command, jobs)
+    for name, student in tqdm(sorted(notebooks), desc="grade", unit="submission"):
         if log := convert(Autograde, course, name, student):
             # A traceback's last line, as nbgrader's log indents it, says what happened.
             causes = re.findall(r"^ {4}(\w[\w.]*: .*)$", log, re.M) or [log.strip()]
-            notes.append(f"not graded: nbgrader stopped ({causes[-1]})")
+            remarks[name, student].append(f"not graded: nbgrader stopped ({causes[-1]})")
             _forget(course, name, student)
             continue
-        graded = nbformat.read(
-            folder / "build" / "autograded" / _alias(student) / name / f"{name}.ipynb", as_version=4
-        )
-        notes += _oddities(graded)
+        remarks[name, student] += _oddities(_graded(folder, name, student))
     report(folder, remarks)
+
+
+def _reference(folder, name):
+    """The solved set, as far as it is here."""
+    return nbformat.read(folder / name / f"{name}.ipynb", as_version=4)
+
+
+def _submit(folder, name, student, notebook, when):
+    """Write a submission where nbgrader looks for it, with the time (s) at which it came."""
+    target = folder / "build" / "submitted" / _alias(student) / name / f"{name}.ipynb"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    nbformat.write(notebook, target)
+    stamp = datetime.fromtimestamp(when, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    target.with_name("timestamp.txt").write_text(stamp, encoding="utf-8")
+
+
+def _judge_all(folder, notebooks, command, jobs):
+    """Let `Judge` know what was judged beforehand, several at once; or how to do it."""
+    Judge.command, Judge.done = command, {}
+    if jobs == 1 or len(notebooks) < 2:
+        return
+    secret = secret_of(folder)
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        asked = {
+            (name, _alias(student)): pool.submit(judged, notebook, name, secret, command)
+            for (name, student), notebook in notebooks.items()
+        }
+        for key, found in tqdm(asked.items(), desc="judge", unit="submission"):
+            Judge.done[key] = found.result()
+
+
+def _graded(folder, name, student):
+    """A submission as it was judged."""
+    file = folder / "build" / "autograded" / _alias(student) / name / f"{name}.ipynb"
+    return nbformat.read(file, as_version=4)
+
+
+def _roster(folder):
+    """Rows of the roster, if there is one."""
+    return _read_table(folder / "build" / "roster.csv")
 
 
 def read_submission(file):
@@ -200,26 +279,13 @@ def read_submission(file):
     return notebook
 
 
-def _names_nobody(submitted, released):
-    """Whether the cell for the student's id is as it was given out."""
-    before, after = (
-        [cell.source for cell in notebook.cells if _id(cell) == "student"]
-        for notebook in (released, submitted)
-    )
-    return before == after
-
-
 def _oddities(graded):
-    """What in a graded notebook makes its score doubtful."""
-    found = []
-    for cell in filter(_id, graded.cells):
+    """What a lecturer should know of a graded notebook."""
+    found = list(graded.metadata.get("remarks", ()))
+    for cell in filter(handed_in.cell_name, graded.cells):
         errors = [o.ename for o in cell.get("outputs", ()) if o.output_type == "error"]
-        if cell.metadata.nbgrader.grade and cell.get("outputs") == []:
-            found.append(
-                f"look at it: test {_id(cell)} printed nothing, for which nbgrader gives all points"
-            )
-        elif _is_given(cell) and errors:
-            found.append(f"look at it: cell {_id(cell)}, which was given, raised {errors[0]}")
+        if errors:
+            found.append(f"look at it: cell {handed_in.cell_name(cell)} raised {errors[0]}")
     return found
 
 
@@ -234,8 +300,8 @@ def _forget(course, name, student):
 def restore(submitted, released):
     """A student's answers in the notebook that was released.
 
-    nbgrader restores a test whose text was changed. It does not mind one that is tagged to be
-    skipped, and it stumbles where cells were deleted or turned into others.
+    nbgrader stumbles where cells were deleted or turned into others. Nothing that a student
+    changes has an influence on the judge, so that only answers and their places are put right.
 
     Parameters
     ----------
@@ -246,20 +312,22 @@ def restore(submitted, released):
     -------
     restored : NotebookNode
         The released cells in their order, with the source of the submitted answers; cells that
-        the student added stay where they were, as plain ones.
+        the student added stay where they were, as plain ones, but for text below an answer in
+        words, which belongs to it.
     changes : list of str
         What had to be put right.
     """
-    originals = {cell.metadata.nbgrader.grade_id: cell for cell in released.cells if _id(cell)}
+    name_of = handed_in.cell_name
+    originals = {name_of(cell): cell for cell in released.cells if name_of(cell)}
+    given = {cell.source for cell in released.cells}
     answers, added, changes, last = {}, {None: []}, [], None
     for cell in submitted.cells:
-        if _id(cell) in originals and _id(cell) not in answers:
-            last = _id(cell)
-            answers[last] = cell
-            added[last] = []
+        if name_of(cell) in originals and name_of(cell) not in answers:
+            last = name_of(cell)
+            answers[last], added[last] = cell, []
             continue
-        if _id(cell):
-            changes.append(f"a copy of cell {_id(cell)} is no test and no answer")
+        if name_of(cell):
+            changes.append(f"a copy of cell {name_of(cell)} is no test and no answer")
         new = getattr(nbformat.v4, f"new_{cell.cell_type}_cell")
         added[last].append(new(id=f"added-{len(added)}-{len(added[last])}", **_content(cell)))
     cells = added[None]
@@ -269,14 +337,22 @@ def restore(submitted, released):
             changes.append(f"cell {name} was missing and is put back")
         elif original.metadata.nbgrader.solution:
             cell.update(_content(answers[name]))
-        elif not _same(answers[name], original):
-            changes.append(f"cell {name} was changed and is put back")
-        cells += [cell, *added.get(name, [])]
-    given = {"check"}.union(*(_names(cell) for cell in originals.values() if _is_given(cell)))
-    own = [cell for cell in cells if not cell.metadata.get("nbgrader", {}).get("locked")]
-    if hidden := given & set().union(*map(_names, own)):
-        changes.append(f"look at it: it redefines what the tests use: {', '.join(sorted(hidden))}")
+        more = added.get(name, [])
+        if original.metadata.nbgrader.grade and original.cell_type == "markdown":
+            cell.source, more = _with_text_below(cell.source, original.source, more, given)
+        cells += [cell, *more]
     return nbformat.v4.new_notebook(cells=cells, metadata=released.metadata), changes
+
+
+def _with_text_below(answer, stub, below, given):
+    """An answer in words with the text in the cells below it, and the other cells."""
+    texts = [
+        cell.source
+        for cell in below
+        if cell.cell_type == "markdown" and cell.source.strip() and cell.source not in given
+    ]
+    others = [cell for cell in below if cell.source not in texts]
+    return "\n\n".join([*([answer] if answer != stub or not texts else []), *texts]), others
 
 
 def _content(cell):
@@ -284,40 +360,8 @@ def _content(cell):
     return {key: cell[key] for key in ("source", "attachments") if key in cell}
 
 
-def _is_given(cell):
-    """Whether a cell is neither a test nor an answer, and was not to be changed."""
-    return cell.metadata.nbgrader.locked and not cell.metadata.nbgrader.grade
-
-
-def _names(cell):
-    """Names that a code cell gives a value to, outside of functions."""
-    source = cell.source if cell.cell_type == "code" else ""
-    try:
-        # With what only a notebook understands: magics, shell commands, await outside of functions.
-        python = TransformerManager().transform_cell(source)
-        code = compile(python, "", "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
-    except (SyntaxError, ValueError):  # it does not run either
-        return set()
-    return {step.argval for step in dis.get_instructions(code) if step.opname == "STORE_NAME"}
-
-
-def _id(cell):
-    """A cell's name in nbgrader, or None."""
-    return (cell.metadata.get("nbgrader") or {}).get("grade_id")
-
-
-def _same(cell, original):
-    """Whether a cell is what was given out, whatever an editor adds to its metadata."""
-    return (
-        cell.source == original.source
-        and cell.cell_type == original.cell_type
-        and cell.metadata.nbgrader == original.metadata.nbgrader
-        and cell.metadata.get("tags", []) == original.metadata.get("tags", [])
-    )
-
-
 def report(folder=HERE, remarks=None):
-    """Write build/grades.csv and build/feedback/ from the grade book.
+    """Write build/grades.csv, build/leaderboard.csv and build/feedback/ from the grade book.
 
     Parameters
     ----------
@@ -327,42 +371,89 @@ def report(folder=HERE, remarks=None):
         Lists of remarks by set and student: feedback is written for these,
         and other remarks stay as they were. By default, for all.
     """
-    course = open_course(folder)
-    table = folder / "build" / "grades.csv"
-    rows = {(row["set"], row["student"]): row["remarks"] for row in _read_grades(table)}
+    course, file = open_course(folder), folder / "build" / "remarks.json"
+    known = {(name, who): notes for name, who, notes in _read_json(file)}
     # What had no set before may have one now.
     seen = {student for _, student in remarks or ()}
-    rows = {(name, who): notes for (name, who), notes in rows.items() if name or who not in seen}
-    rows |= {key: "; ".join(notes) for key, notes in (remarks or {}).items()}
+    known = {(name, who): notes for (name, who), notes in known.items() if name or who not in seen}
+    known |= remarks or {}
+    with open_book(course) as book:
+        graded = {key: _grades(book, *key) for key in known}
+    for key in tqdm(
+        sorted(known if remarks is None else remarks), desc="report", unit="submission"
+    ):
+        if graded[key] and not _write_feedback(course, folder, *key):
+            known[key].append("no feedback: nbgrader stopped")
+    file.write_text(json.dumps([[*key, notes] for key, notes in known.items()]), encoding="utf-8")
+    _write_grades(folder, known, graded)
+    _write_leaderboard(folder, [key for key, found in graded.items() if found])
+    print(f"grades: {folder / 'build' / 'grades.csv'}\nfeedback: {folder / 'build' / 'feedback'}")
+
+
+def _grades(book, name, student):
+    """Points by exercise, their sum, what waits for the lecturer and hours late; or None."""
+    try:
+        submission = book.find_submission(name, _alias(student))
+    except MissingEntry:
+        return None
+    part = name.partition("_")[0]
+    grades = [one for notebook in submission.notebooks for one in notebook.grades]
+    points = {f"{part}.{one.name}": round(one.score, 2) for one in grades}
+    return {
+        part: round(submission.score, 2),
+        f"{part} of": submission.max_score,
+        f"{part} to grade by hand": sum(one.needs_manual_grade for one in grades),
+        f"{part} hours late": round(submission.total_seconds_late / 3600, 1),
+        **points,
+    }
+
+
+def _write_grades(folder, remarks, graded):
+    """Write build/grades.csv: a row for each student, a column for each exercise."""
+    roster = _roster(folder)
+    keys = {handed_in.key_of(row): row for row in roster}
+    rows = {student: {"student": student} for student in sorted({*keys, *(w for _, w in remarks)})}
+    for (name, student), notes in sorted(remarks.items()):
+        part = name.partition("_")[0] or "other"
+        row = rows[student] | (graded[name, student] or {}) | {f"{part} remarks": "; ".join(notes)}
+        row["total"] = row.get("total", 0) + ((graded[name, student] or {}).get(part) or 0)
+        rows[student] = row
+    columns = ["student", "total", *sorted({key for row in rows.values() for key in row})]
+    lms = list(roster[0]) if roster else []
+    columns = list(dict.fromkeys([*lms, *columns]))
+    for student, row in rows.items():
+        rows[student] = keys.get(student, {}) | row
     # With the mark by which Excel knows the encoding.
-    with open_book(course) as book, table.open("w", newline="", encoding="utf-8-sig") as stream:
-        write = csv.writer(stream)
-        write.writerow(COLUMNS)
-        for (name, student), notes in tqdm(sorted(rows.items()), desc="report", unit="submission"):
-            numbers = ["", "", ""]
-            try:
-                submission = book.find_submission(name, _alias(student))
-            except MissingEntry:
-                pass
-            else:
-                by_hand = sum(
-                    grade.needs_manual_grade
-                    for notebook in submission.notebooks
-                    for grade in notebook.grades
-                )
-                numbers = [submission.score, submission.max_score, by_hand]
-                new = remarks is None or (name, student) in remarks
-                if new and not _write_feedback(course, folder, name, student):
-                    notes = "; ".join(filter(None, [notes, "no feedback: nbgrader stopped"]))
-            write.writerow([name, student, *numbers, notes])
-    print(f"grades: {table}\nfeedback: {folder / 'build' / 'feedback'}")
+    table = folder / "build" / "grades.csv"
+    with table.open("w", newline="", encoding="utf-8-sig") as stream:
+        write = csv.DictWriter(stream, columns, restval="")
+        write.writeheader()
+        write.writerows(rows.values())
+
+
+def _write_leaderboard(folder, keys):
+    """Write build/leaderboard.csv of the contest: what costs least comes first."""
+    entries = []
+    for name, student in keys:
+        for cell in _graded(folder, name, student).cells:
+            texts = [one.text for one in cell.get("outputs", ()) if "text" in one]
+            if handed_in.cell_name(cell) == "contest" and texts:
+                found = re.search(r"^r = (-?[\d.]+): (.*)$", texts[0], re.M)
+                entries += [(float(found[1]), student, found[2])] if found else []
+    if entries:
+        table = folder / "build" / "leaderboard.csv"
+        with table.open("w", newline="", encoding="utf-8-sig") as stream:
+            write = csv.writer(stream)
+            write.writerow(["place", "student", "r", "costs"])
+            write.writerows(
+                [place, student, r, costs]
+                for place, (r, student, costs) in enumerate(sorted(entries), 1)
+            )
 
 
 def _write_feedback(course, folder, name, student):
     """Write a student's feedback to a set, below the student's own name; whether that was done."""
-    made, given = (
-        folder / "build" / "feedback" / who / name for who in (_alias(student), student)
-    )
+    made, given = (folder / "build" / "feedback" / who / name for who in (_alias(student), student))
     if convert(GenerateFeedback, course, name, student):
         return False
     if made != given:
@@ -375,11 +466,11 @@ def _write_feedback(course, folder, name, student):
 
 def forget(students, folder=HERE):
     """Remove students from the grade book, from build/grades.csv and from build/feedback/."""
-    course = open_course(folder)
-    table = folder / "build" / "grades.csv"
-    known = {row["student"] for row in _read_grades(table)}
+    course, file = open_course(folder), folder / "build" / "remarks.json"
+    rows = _read_json(file)
+    known = {student for _, student, _ in rows}
     if missing := [student for student in students if student not in known]:
-        raise SystemExit(f"{table} has no student {missing[0]!r}; it has {sorted(known)}")
+        raise SystemExit(f"there is no student {missing[0]!r}; there are {sorted(known)}")
     with open_book(course) as book:
         for student in students:
             with suppress(MissingEntry):
@@ -387,36 +478,58 @@ def forget(students, folder=HERE):
             for step in ("submitted", "autograded"):
                 shutil.rmtree(folder / "build" / step / _alias(student), ignore_errors=True)
             shutil.rmtree(folder / "build" / "feedback" / student, ignore_errors=True)
-    rows = [row for row in _read_grades(table) if row["student"] not in students]
-    with table.open("w", newline="", encoding="utf-8-sig") as stream:
-        write = csv.DictWriter(stream, COLUMNS)
-        write.writeheader()
-        write.writerows(rows)
+    kept = [row for row in rows if row[1] not in students]
+    file.write_text(json.dumps(kept), encoding="utf-8")
+    report(folder, {})
 
 
-def _read_grades(table):
-    """Rows of build/grades.csv, if it is there."""
+def _read_json(file):
+    return json.loads(file.read_text(encoding="utf-8")) if file.exists() else []
+
+
+def _read_table(table):
+    """Rows of a CSV, if it is there."""
     if not table.exists():
         return []
     with table.open(newline="", encoding="utf-8-sig") as stream:
         return list(csv.DictReader(stream))
 
 
+def build_container(root):
+    """What starts the answers' process in a container, which is built before."""
+    engine = shutil.which("podman") or shutil.which("docker")
+    if not engine:
+        raise SystemExit("there is neither podman nor docker; install one, or grade without")
+    subprocess.run(
+        [engine, "build", "-t", IMAGE, "-f", "-", root], input=DOCKERFILE.encode(), check=True
+    )
+    return [engine, *CONFINED.split(), IMAGE, "python", "/answers/answers.py"]
+
+
 def main(arguments=None):
     """Run one command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True)
-    commands.add_parser("release", help="make build/release/ from all sets")
-    grading = commands.add_parser("grade", help="grade a folder of submissions, then report")
-    grading.add_argument("submissions", type=Path, help="folder with one folder a student")
+    commands.add_parser("release", help="make build/release/ from all sets, and a zip")
+    for name, told in (("collect", "say what would be graded"), ("grade", "grade, then report")):
+        command = commands.add_parser(name, help=told)
+        command.add_argument("source", type=Path, help="folder or zip, as a platform gives it")
+        command.add_argument("--roster", type=Path, help="table of the students, as CSV")
+    command.add_argument("--due", type=datetime.fromisoformat, help='such as "2026-11-01 23:59"')
+    command.add_argument("--container", action="store_true", help="run answers in containers")
+    command.add_argument("--jobs", type=int, default=os.cpu_count(), help="judged at once")
     commands.add_parser("report", help="write grades and feedback again, after grading by hand")
     forgetting = commands.add_parser("forget", help="remove students from grades and feedback")
     forgetting.add_argument("students", nargs="+", metavar="NAME")
     chosen = parser.parse_args(arguments)
     if chosen.command == "release":
         release()
+    elif chosen.command == "collect":
+        rows = _read_table(chosen.roster) if chosen.roster else _roster(HERE)
+        handed_in.show(chosen.source.resolve(), names_of_sets(HERE), rows)
     elif chosen.command == "grade":
-        grade(chosen.submissions.resolve())
+        command = build_container(HERE.parent.parent) if chosen.container else None
+        grade(chosen.source.resolve(), HERE, chosen.roster, chosen.due, command, chosen.jobs)
     elif chosen.command == "forget":
         forget(chosen.students)
     else:

@@ -1,0 +1,181 @@
+"""Tests of problem set 4: a contest of laws and planners against three tuned baselines."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import count
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from freeseg.metrics import tracking as measure
+from freeseg.path import Path, taut_path
+from freeseg.planners import plan, shortest_path
+from freeseg.reference import SMOOTHING, Reference, make_reference
+from freeseg.reference import SPEED as CRUISING
+from freeseg.robot import KheperaIV
+from freeseg.simulate import simulate
+from freeseg.studies import courses, tracking, tuning
+from freeseg.teaching.answered import numbers
+from freeseg.teaching.check import Ask, Tracker
+from freeseg.teaching.ps2 import turns_of
+from freeseg.world import World
+
+__all__ = ["arrives", "contest", "contract"]
+
+#: What disturbs the robot of every second run: about twice what disturbs the others.
+ROUGH = replace(
+    tracking.DISTURBANCE,
+    position_noise=0.002,
+    heading_noise=float(np.radians(1)),
+    slip=0.1,
+    slip_fluctuation=0.04,
+    wheel_base_error=0.06,
+    lag=0.06,
+    delay=0.1,
+)
+#: The tuned trackers to beat.
+BASELINES = ("Pid", "SlidingMode", "Mpc")
+#: What a second costs, 1 m/s^2 of needless work, and a touch (mm).
+SECOND, WORK, TOUCH = 1.5, 20.0, 1000.0
+#: Cost over that of the best baseline for none and for all of the points.
+PAYS_FROM, PAYS_ALL = 0.9, 0.45
+#: Cases of a draw; in each, another path with a narrow margin is so much shorter (m).
+CASES_OF_DRAW, NARROW, SAVED = 2, 0.02, (0.05, 0.1)
+#: What "arrived" means: distance from the goal, and from the path all the way (m).
+AT_GOAL, ASTRAY = 0.02, 0.05
+
+
+class Case(NamedTuple):
+    """A world, a query, the reference along the given path, and a seed for noise and slip."""
+
+    world: World
+    start: np.ndarray
+    goal: np.ndarray
+    given: Reference
+    seed: tuple[int, int]
+
+
+@cache
+def cases(draw: int, number: int) -> tuple[Case, ...]:
+    """Cases of a draw, in which a planner can do better than the given path."""
+    found: list[Case] = []
+    for k in count():
+        (course,) = courses.random_courses(1, draw + 50 * k)
+        start, goal = course.reference.pose[:2, [0, -1]].T
+        path = plan(course.world, start, goal, margin=courses.WIDE_MARGIN).path
+        saved = path.length - shortest_path(course.world, start, goal, margin=NARROW).path.length
+        roomy = path.clearance(course.world) > KheperaIV().radius + 0.49 * courses.WIDE_MARGIN
+        if roomy and SAVED[0] < saved < SAVED[1]:
+            given = _along(path, course.world)
+            found.append(Case(course.world, start, goal, given, (draw, k)))
+        if len(found) == number:
+            break
+    return tuple(found)
+
+
+def _along(path: Path, world: World) -> Reference:
+    """Reference along a path; the speed is the same for all."""
+    return make_reference(path, KheperaIV(), CRUISING, smoothing=SMOOTHING, world=world)
+
+
+def _reference(ask: Ask, case: Case) -> Reference:
+    """Reference along a student's path in a case."""
+    answer = ask("plan_turns", case.world, case.start, case.goal)
+    if answer is None:
+        return case.given
+    path = taut_path(case.start, turns_of(answer), case.goal)[0]
+    assert path is not None, "there is no way round your turns; is each (center, ±radius)?"
+    clearance = path.clearance(case.world)
+    assert clearance >= KheperaIV().radius - 1e-9, (
+        f"your path comes to {1000 * clearance:.1f} mm from an obstacle, the robot's radius is "
+        f"{1000 * KheperaIV().radius:.1f} mm"
+    )
+    return _along(path, case.world)
+
+
+def _cost(tracker: Any, case: Case, reference: Reference, rough: bool) -> float:
+    """Cost (mm) of one run."""
+    disturbance = ROUGH if rough else tracking.DISTURBANCE
+    run = simulate(tracker, reference, None, courses.DT, disturbance=disturbance, seed=case.seed)
+    found = measure(run, case.world)
+    needless = found["wheel_variation_m_s"] - courses.needed_variation(case.given)
+    return float(
+        1000 * found["position_rms_m"]
+        + WORK * max(0.0, needless) / case.given.duration
+        + SECOND * (reference.duration - case.given.duration)
+        + TOUCH * (found["clearance_m"] < KheperaIV().radius)
+    )
+
+
+@cache
+def baselines(draw: int) -> dict[str, float]:
+    """Mean costs (mm) of the baselines on the cases of a draw."""
+    gains = tuning.load_gains()
+    trackers = {name: next(one.tracker for one in gains[name] if one.chosen) for name in BASELINES}
+    return {
+        name: float(
+            np.mean(
+                [
+                    _cost(tracker, case, case.given, rough)
+                    for case in cases(draw, CASES_OF_DRAW)
+                    for rough in (False, True)
+                ]
+            )
+        )
+        for name, tracker in trackers.items()
+    }
+
+
+def contract(ask: Ask, rng: np.random.Generator) -> None:
+    """The contract of an entry."""
+    (case,) = cases(int(rng.integers(2**20)), 1)
+    reference = _reference(ask, case)
+    law = Tracker(ask).start(reference, KheperaIV(), courses.DT)
+    numbers(law(0.0, reference.pose[:, 0]), (2,), "a law gives back V and w, two numbers")
+    runs = [
+        simulate(Tracker(ask), reference, None, courses.DT, disturbance=ROUGH, seed=case.seed).pose
+        for _ in range(2)
+    ]
+    assert np.array_equal(runs[0], runs[1]), (
+        "the same run again goes elsewhere: your law remembers the run before, or draws random "
+        "numbers. Keep what it remembers in variables inside start"
+    )
+    left, way = (np.hypot(*(case.goal - end)) for end in (runs[0][:2, -1], case.start))
+    assert left < way / 2, (
+        f"your robot is {1000 * left:.0f} mm from its goal at the end, and was {1000 * way:.0f} mm "
+        "from it at the start: it has to get at least half of the way"
+    )
+
+
+def arrives(ask: Ask, rng: np.random.Generator) -> None:
+    """The robot arrives."""
+    for case in cases(int(rng.integers(2**20)), CASES_OF_DRAW):
+        tracker, reference = Tracker(ask), _reference(ask, case)
+        run = simulate(tracker, reference, None, courses.DT, disturbance=ROUGH, seed=case.seed)
+        found = measure(run, case.world)
+        off, most = found["position_final_m"], found["position_max_m"]
+        assert off < AT_GOAL, (
+            f"your robot ends {1000 * off:.0f} mm from its goal; {1000 * AT_GOAL:.0f} are allowed"
+        )
+        assert most < ASTRAY, (
+            f"your robot strays {1000 * most:.0f} mm from its path; {1000 * ASTRAY:.0f} are allowed"
+        )
+        gap = 1000 * (found["clearance_m"] - KheperaIV().radius)
+        assert gap >= 0, f"your robot's disc goes {-gap:.1f} mm into an obstacle"
+
+
+def contest(ask: Ask, rng: np.random.Generator) -> tuple[float, str]:
+    """The contest."""
+    draw = int(rng.integers(2**20))
+    known = baselines(draw)
+    mine = np.mean(
+        [
+            _cost(Tracker(ask), case, _reference(ask, case), rough)
+            for case in cases(draw, CASES_OF_DRAW)
+            for rough in (False, True)
+        ]
+    )
+    r = mine / min(known.values())
+    told = ", ".join(f"{name} {cost:.2f}" for name, cost in known.items())
+    share = float(np.clip((PAYS_FROM - r) / (PAYS_FROM - PAYS_ALL), 0, 1))
+    return share, f"r = {r:.3f}: yours costs {mine:.2f} mm; {told}"

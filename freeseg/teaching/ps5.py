@@ -1,0 +1,156 @@
+"""Tests of problem set 5: how many runs it takes until one may say "better"."""
+
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from freeseg.teaching.answered import numbers
+from freeseg.teaching.check import Ask
+
+__all__ = ["compare", "many", "needed", "stop"]
+
+#: Intervals cover so often, and verdicts are wrong so rarely.
+LEVEL = 0.95
+#: Studies of a test, and the share of them that may be wrong, chance included.
+STUDIES, WRONG = 300, 0.085
+#: Comparisons run by run: how many, how long, and how many may be wrong, chance included.
+SERIES, LONGEST_SERIES, WRONG_SERIES = 60, 50, 8
+
+
+def _costs(rng: np.random.Generator, runs: int, difference: float) -> tuple[np.ndarray, np.ndarray]:
+    """Costs (mm) of two trackers in the same runs, which differ far more than the trackers do."""
+    course = rng.gamma(4, 1, runs)
+    first = course + difference + rng.normal(0, 0.2, runs)
+    return first, course + rng.normal(0, 0.2, runs)
+
+
+def compare(ask: Ask, rng: np.random.Generator) -> None:
+    """An interval of the difference, from runs that share their courses."""
+    covered, widths, least = 0, [], []
+    for _ in range(STUDIES):
+        true, runs = rng.uniform(-0.3, 0.3), int(rng.integers(6, 13))
+        first, second = _costs(rng, runs, true)
+        low, high = numbers(
+            ask("interval_of", first, second), (2,), "give back low and high of first minus second"
+        )
+        assert low < high, f"low is {low:.3f} and high is {high:.3f}: give the lower end first"
+        covered += low <= true <= high
+        widths.append(high - low)
+        error = stats.sem(first - second) * stats.t.ppf((1 + LEVEL) / 2, runs - 1)
+        least.append(2 * error)
+    share, wide = covered / STUDIES, np.mean(widths) / np.mean(least)
+    assert wide < 2, (
+        f"your intervals are {wide:.1f} times as wide as they need be: both trackers drove the "
+        "same courses, so what is common to a pair tells nothing of their difference"
+    )
+    assert share > 1 - WRONG, (
+        f"your intervals of {100 * LEVEL:.0f} % cover the difference in {100 * share:.0f} % of "
+        f"{STUDIES} studies of 6 to 12 runs; is the spread that of n - 1, and the factor that of "
+        "so few runs?"
+    )
+    assert wide < 1.3, (
+        f"your intervals are {wide:.2f} times as wide as they need be, and cover "
+        f"{100 * share:.0f} %: at {100 * LEVEL:.0f} %, they may miss in one study of twenty"
+    )
+
+
+def _power(runs: int, spread: float, difference: float) -> float:
+    """How often a paired t-interval finds a difference with its sign."""
+    edge = stats.t.ppf((1 + LEVEL) / 2, runs - 1)
+    return float(stats.nct.sf(edge, runs - 1, difference / spread * np.sqrt(runs)))
+
+
+def needed(ask: Ask, rng: np.random.Generator) -> None:
+    """How many runs it takes to find a difference."""
+    for _ in range(12):
+        spread, power = rng.uniform(0.5, 2), rng.choice([0.8, 0.9])
+        difference = spread * rng.uniform(0.25, 0.9)
+        enough = next(n for n in range(2, 10**4) if _power(n, spread, difference) >= power)
+        mine = float(
+            numbers(
+                ask("runs_needed", spread, difference, power), (), "give back one number of runs"
+            )
+        )
+        assert mine == int(mine), f"you need {mine:g} runs: round up"
+        assert mine >= 2, f"you need {mine:g} runs: of fewer than two, nobody knows the spread"
+        finds = _power(int(mine), spread, difference)
+        assert finds >= power - 0.025, (
+            f"a difference of {difference:.2f} with a spread of {spread:.2f}: with your "
+            f"{mine:.0f} runs it is found in {100 * finds:.0f} % of all studies, not in "
+            f"{100 * power:.0f} %; {enough} runs do it. Does your number know the power, and that "
+            "few runs need a larger factor?"
+        )
+        assert mine <= 1.1 * enough + 1, (
+            f"you need {mine:.0f} runs where {enough} find the difference in "
+            f"{100 * power:.0f} % of all studies"
+        )
+
+
+def _series(rng: np.random.Generator, mean: float, runs: int) -> np.ndarray:
+    """Differences of one run after the other, between -1 and 1."""
+    return np.clip(mean + rng.normal(0, 0.3, runs), -1, 1)
+
+
+def _verdict(ask: Ask, differences: np.ndarray) -> tuple[str, int]:
+    """What is said of a series run by run, and after how many runs."""
+    for runs in range(2, len(differences) + 1):
+        said: Any = ask("verdict_so_far", differences[:runs])
+        assert said in ("smaller", "larger", "go on"), (
+            f'give "smaller", "larger" or "go on"; yours is {said!r:.60}'
+        )
+        if said != "go on":
+            return said, runs
+    return "go on", len(differences)
+
+
+def stop(ask: Ask, rng: np.random.Generator) -> None:
+    """A verdict that may be looked for after every run."""
+    wrong = sum(
+        _verdict(ask, _series(rng, 0.0, LONGEST_SERIES))[0] != "go on" for _ in range(SERIES)
+    )
+    assert wrong <= WRONG_SERIES, (
+        f"of {SERIES} series without any difference, you called {wrong} one; 5 % are allowed. An "
+        "interval that is right after a number of runs that was set before is wrong sooner or "
+        "later if you look after every run"
+    )
+    found = [_verdict(ask, _series(rng, sign * 0.4, 2 * LONGEST_SERIES)) for sign in (1, -1) * 6]
+    right = [said == name for (said, _), name in zip(found, ("larger", "smaller") * 6, strict=True)]
+    assert all(
+        said != name for (said, _), name in zip(found, ("smaller", "larger") * 6, strict=True)
+    ), "you call the smaller one larger: the differences are first minus second"
+    assert sum(right) >= 10, (
+        f"of {len(right)} series with a mean of 0.4 and bounds of -1 and 1, you decided "
+        f"{sum(right)} within {2 * LONGEST_SERIES} runs: you may be more daring"
+    )
+
+
+def _holm(values: np.ndarray) -> np.ndarray:
+    """Which comparisons hold: S. Holm, Scandinavian Journal of Statistics 6, 1979."""
+    order = np.argsort(values)
+    holds = values[order] <= (1 - LEVEL) / np.arange(len(values), 0, -1)
+    found = np.zeros(len(values), bool)
+    found[order] = np.logical_and.accumulate(holds)
+    return found
+
+
+def many(ask: Ask, rng: np.random.Generator) -> None:
+    """Many comparisons at once."""
+    wrong = missed = 0
+    for _ in range(STUDIES):
+        count = int(rng.integers(6, 16))
+        real = rng.random(count) < rng.choice([0.0, 0.5])
+        values = np.where(real, rng.uniform(0, 0.006, count), rng.uniform(0, 1, count))
+        mine = numbers(
+            ask("which_hold", values), (count,), "give True or False for every p-value, in order"
+        )
+        wrong += bool((mine.astype(bool) & ~real).any())
+        missed += int((_holm(values) & ~mine.astype(bool)).sum())
+    assert wrong / STUDIES <= WRONG, (
+        f"in {100 * wrong / STUDIES:.0f} % of {STUDIES} studies you call at least one difference "
+        "real that is none; 5 % are allowed, of all comparisons of a study together"
+    )
+    assert missed == 0, (
+        f"you miss {missed} differences that may be called real at no higher risk: when the "
+        "smallest p-value holds, one comparison fewer is left"
+    )
