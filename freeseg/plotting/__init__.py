@@ -8,6 +8,16 @@ world or no position, `InvalidQuery`.
 
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
+from freeseg.plotting.figures import (
+    plot_across,
+    plot_agreement,
+    plot_leads,
+    plot_on_axes,
+    plot_pull,
+    plot_quantiles,
+    plot_reference,
+    plot_starts,
+)
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.robots import (
@@ -50,6 +60,8 @@ __all__ = [
     "legend_below",
     "map_axes",
     "move_robot",
+    "plot_across",
+    "plot_agreement",
     "plot_band",
     "plot_bars",
     "plot_case",
@@ -63,17 +75,23 @@ __all__ = [
     "plot_free_space",
     "plot_group",
     "plot_growth",
+    "plot_leads",
     "plot_limits",
     "plot_met",
+    "plot_on_axes",
     "plot_path",
     "plot_plan",
     "plot_potential",
+    "plot_pull",
+    "plot_quantiles",
     "plot_query",
     "plot_ranges",
+    "plot_reference",
     "plot_repairs",
     "plot_round",
     "plot_run",
     "plot_segments",
+    "plot_starts",
     "plot_step",
     "plot_tracking",
     "plot_wheels",
