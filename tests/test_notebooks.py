@@ -29,7 +29,6 @@ LESSONS = lessons()
 #: Their rewriting is still to come.
 LONG = {
     "08_derive_the_sliding_mode_law",
-    "09_track_the_planned_paths",
     "10_tune_a_pid_baseline",
     "11_build_an_mpc_tracker",
     "12_compare_the_trackers",

@@ -1,4 +1,4 @@
-"""Which robots fill the axes of Figs 17 to 19: ``python tests/benchmarks/figures.py [setting ...]``.
+"""Which robots fill the axes of Figs 17 to 19: ``python tests/benchmarks/figures.py [setting]``.
 
 Drives random robots under each setting of notebook ``A2_decode_the_figures``, whose own lines
 these are, and stores those that any of its conditions may still want in ``data/figures.csv``.
@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from freeseg import KheperaIV
 from freeseg.data import DATA, read_csv, write_csv
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
@@ -23,22 +22,18 @@ OWN = definitions(
     *("units", "cases"),
 )
 
-#: Wheels that know no limit of acceleration, as those of a simulation may.
-UNLIMITED = KheperaIV(max_wheel_rate_change=1e6)
-
 #: Weaker than any condition of the notebook: how far off (m), share of an axis left at the end,
 #: share of an axis filled, and share of the wheels' axis used either way.
 WEAKEST = 0.02, 0.1, 0.1, 0.5
 
 
-def drive(name, setting):
-    """Gains, starts and numbers of robots that drive a case: three arrays."""
-    gains, start = OWN["draw"](setting.tried, setting.fastest)
-    if setting.unit:
+def drive(name, tried, dt, fastest, unit=None, **options):
+    """Gains, starts and numbers of robots that drive a case under a setting: three arrays."""
+    gains, start = OWN["draw"](tried, fastest)
+    if unit:
         # arctan(V_r y_e) in a unit: its c = 1 unit²/s, over the top speed.
-        gains[4] = setting.unit**2 / OWN["last_as_long"](name, 0.2).v.max()
-    body = KheperaIV() if setting.limited else UNLIMITED
-    return gains, start, OWN["fly"](name, gains, start, setting.dt, body, setting.switching)
+        gains[4] = unit**2 / OWN["last_as_long"](name, 0.2).v.max()
+    return gains, start, OWN["fly"](name, gains, start, np.arange(tried), dt, **options)
 
 
 def wanted(name, found):
@@ -59,9 +54,9 @@ def wanted(name, found):
 def rows_of(label, setting):
     """A row for each robot that is wanted under a setting, of both cases."""
     for name in OWN["cases"]:
-        gains, start, found = drive(name, setting)
+        gains, start, found = drive(name, **setting)
         kept = np.flatnonzero(wanted(name, found))
-        print(f"{label}, {name}: {len(kept)} of {setting.tried}", flush=True)
+        print(f"{label}, {name}: {len(kept)} of {setting['tried']}", flush=True)
         for robot in kept.tolist():
             values = np.concatenate([gains[:, robot], start[:, robot], found[:, robot]])
             cells = [f"{value:.4g}" for value in values]
