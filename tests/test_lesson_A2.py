@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from lessons import definitions
+from lessons import definitions, lesson
 from test_benchmarks import load
 
 import freeseg as fs
@@ -12,7 +12,7 @@ from freeseg import plotting
 STEM = "A2_decode_the_figures"
 NAMES = ["robot", "unlimited", "cases", "plans", "units", "error_axes", "wheel_axis", "lasts"]
 NAMES += ["ticks", "accelerations", "last_as_long", "ManyGains", "draw", "fly", "numbers", "rows"]
-NAMES += ["settings", "stored", "agree", "counts", "assumptions", "fitting", "switches", "NUMBERS"]
+NAMES += ["settings", "stored", "agree", "counts", "assumptions", "fitting", "in_degrees", "steep"]
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +46,9 @@ def test_what_is_drawn_is_within_its_ranges(own):
     rates = gains[:2] / gains[2:4]
     assert rates.min() >= 0.5
     assert rates.max() <= 200
-    assert (np.abs(start).T <= [0.05, 0.05, np.pi]).all()
-    assert (np.abs(start).T >= [5e-5, 5e-5, 0.02]).all()
+    farthest, nearest = np.abs(start).max(1), np.abs(start).min(1)
+    assert (farthest <= np.array([0.05, 0.05, np.pi])).all()
+    assert (nearest >= np.array([5e-5, 5e-5, 0.02])).all()
     # Either side alike.
     assert np.abs(np.sign(start).mean(1)).max() < 0.01
 
@@ -97,7 +98,15 @@ def test_centimetres_and_millimetres_fit_with_radians_under_most_assumptions(own
     share = dict(zip(own["units"], possible / len(own["counts"]), strict=True))
     assert share["cm, rad"] > 0.5
     assert share["mm, rad"] > 0.5
-    assert max(share["cm, °"], share["mm, °"]) < 0.5
+
+
+def test_degrees_are_possible_all_the_same(own):
+    """Built on purpose; the same start turned by half as much does not fill the wheels' axis."""
+    assert own["in_degrees"]("16b")
+    gains, start = own["steep"]["16b"]
+    own["steep"]["16b"] = gains, (*start[:2], start[2] / 2)
+    assert not own["in_degrees"]("16b")
+    own["steep"]["16b"] = gains, start
 
 
 def test_each_condition_is_one(own):
@@ -125,9 +134,10 @@ def test_no_reading_fixes_the_gains(own):
 
 
 def test_switching_fills_the_axes_only_without_a_limit(own):
+    switches = lesson(f"solutions/{STEM}", "switches")
     for name in own["cases"]:
-        assert own["switches"](name, own["unlimited"])
-        assert not own["switches"](name, own["robot"])
+        assert switches(name, own["unlimited"])
+        assert not switches(name, own["robot"])
 
 
 def test_pictures_have_the_axes_of_the_paper():
