@@ -8,6 +8,7 @@ from test_benchmarks import load
 
 import freeseg as fs
 from freeseg import plotting
+from freeseg.data import read_csv, write_csv
 
 STEM = "A2_decode_the_figures"
 NAMES = ["robot", "unlimited", "cases", "plans", "units", "error_axes", "wheel_axis", "lasts"]
@@ -128,6 +129,15 @@ def test_each_condition_is_one(own):
             assert not own["agree"](name, other, unit).any()
 
 
+def test_whose_turn_does_not_ask_for_the_speed_has_a_short_length_scale(own):
+    for (_, name), some in own["fitting"].items():
+        (axis, tick), turned = own["wheel_axis"][name], np.abs(some[7])
+        asked = own["robot"].wheel_base / 2 * some[1] * np.minimum(turned / some[3], 1)
+        enough = asked > 0.85 * (axis - tick)
+        assert enough.any()
+        assert some[4, ~enough].max() < 0.01
+
+
 def test_no_reading_fixes_the_gains(own):
     for some in own["fitting"].values():
         assert (some[:5].max(1) > 3 * some[:5].min(1)).all()
@@ -154,3 +164,15 @@ def test_pictures_have_the_axes_of_the_paper():
     assert [text.get_text() for text in ax.texts] == ["3 | 2", "1 | 0", "–", "4 | 4"]
     assert ax.collections[0].get_array().ravel().tolist() == [2, 1, 0, 2]
     plt.close("all")
+
+
+def test_the_script_replaces_the_rows_of_a_setting_and_keeps_the_others(tmp_path, monkeypatch):
+    script, file = load("figures"), tmp_path / "figures.csv"
+    monkeypatch.setitem(script.OWN["settings"], "tiny", {"tried": 60, "dt": 0.1, "fastest": 5})
+    head = ["setting", "case", "robot", *script.OWN["ROBOT"], *script.OWN["NUMBERS"]]
+    before = [dict.fromkeys(head, "0") | {"setting": one} for one in ("other", "tiny", "tiny")]
+    write_csv(file, before)
+    script.main("tiny", file=file)
+    after = read_csv(file, dict.fromkeys(head, str))
+    assert [row["setting"] for row in after[:2]] == ["other", "tiny"]
+    assert all(row["setting"] == "tiny" and row["case"] in ("15a", "16b") for row in after[1:])

@@ -18,11 +18,11 @@ from freeseg.robot import as_robot, wheel_speeds
 #: Units that errors may be counted in: what one is, in m or in rad.
 LENGTHS, ANGLES = {"m": 1.0, "cm": 0.01, "mm": 0.001}, {"rad": 1.0, "°": np.pi / 180}
 #: A slower reference has no curvature (m/s), and one that turns less drives straight on (rad/s).
-REST, STRAIGHT = 1e-3, 1e-9
+SLOW, STRAIGHT = 1e-3, 1e-9
 #: Shares of the runs within the bands of `plot_quantiles`, and how dark each is.
 BANDS = (1.0, 0.15), (0.9, 0.3), (0.5, 0.5)
 #: Position errors at which `plot_starts` changes its colour (m), and its colours.
-ENDS = (0, 0.001, 0.01, 0.1, 1)
+END_LEVELS = (0, 0.001, 0.01, 0.1, 1)
 END_COLORS = "#f7f4e4", "#c9dff0", "#7fb0d6", "#3a6ea5", "#1c2a48"
 
 
@@ -59,7 +59,7 @@ def plot_reference(reference, robot=None, axes=None):
     robot = as_robot(robot)
     above, below = _axes(axes, 2, (6.4, 4.2))
     way = np.append(0, np.cumsum(np.hypot(*np.diff(reference.pose[:2]))))
-    moving = reference.v > REST
+    moving = reference.v > SLOW
     curvature = np.divide(reference.omega, reference.v, out=np.full_like(way, np.nan), where=moving)
     above.axhline(0, color="0.6", lw=0.8)
     above.plot(way, curvature, color=PALETTE["planned"], lw=1.6)
@@ -286,7 +286,7 @@ def plot_starts(offsets, ends, ax=None):
     if len(offsets) < 2 or not (np.diff(offsets) > 0).all():
         raise InvalidParameter("offsets do not increase; give two or more that do (m)")
     ax = new_axes(ax, (5.2, 4.4))
-    norm = BoundaryNorm(ENDS, len(END_COLORS), extend="max")
+    norm = BoundaryNorm(END_LEVELS, len(END_COLORS), extend="max")
     style = {"cmap": ListedColormap(END_COLORS), "norm": norm, "shading": "nearest"}
     drawn = ax.pcolormesh(offsets, offsets, ends, **style)
     ax.plot(0, 0, "o", color=PALETTE["tracked"], mec="white", ms=8)
