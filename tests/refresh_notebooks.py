@@ -24,9 +24,6 @@ KERNEL = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": 
 #: What a reader reads; pictures are not compared.
 TEXT = ("text/plain", "text/markdown", "text/html", "text/latex")
 
-# The wider instructions that some processors have round some functions differently in the last
-# bit; where robots chatter, counts of them tell. Notebooks are run without, to print the same.
-os.environ["NPY_DISABLE_CPU_FEATURES"] = "X86_V4 AVX512_ICL AVX512_SPR"
 # Kernels that inherit this, which many CI systems set, draw no picture into the notebook.
 os.environ.pop("MPLBACKEND", None)
 

@@ -42,6 +42,9 @@ REFERENCE = fs.make_reference(SHORT)
 RUN = fs.simulate(fs.SlidingMode(), REFERENCE)
 BATCH = fs.simulate(fs.SlidingMode(), REFERENCE, initial_offset=np.zeros((3, 2)))
 CHAIN = fs.free_segments(WORLD)
+STRAIGHT_PLAN = fs.plan(WORLD, (0.2, 0), (0.3, 0))
+STRAIGHT = fs.make_reference(STRAIGHT_PLAN)
+STRAIGHT_RUN = fs.simulate(fs.SlidingMode(), STRAIGHT)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 ORDER = statistics.order([statistics.Difference("one", "other", -2, -3, -1)])
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
@@ -470,6 +473,40 @@ CALLS = {
         {"right": 0.1, "left": 0.05, "duration": 2, "robot": ROBOT, "ax": AX},
     ),
     "plot_limits": (fs.plotting.plot_limits, {"robot": ROBOT, "ax": AX}),
+    "plot_reference": (
+        fs.plotting.plot_reference,
+        {"reference": REFERENCE, "robot": ROBOT, "axes": None},
+    ),
+    "plot_leads": (
+        fs.plotting.plot_leads,
+        {"run": STRAIGHT_RUN, "reference": STRAIGHT, "plan": STRAIGHT_PLAN, "ax": AX},
+    ),
+    "plot_pull": (fs.plotting.plot_pull, {"run": RUN, "axes": None, "most": 0.1, "wheels": 0.1}),
+    "plot_across": (fs.plotting.plot_across, {"runs": {"one": RUN}, "ax": AX, "most": 0.1}),
+    "plot_on_axes": (
+        fs.plotting.plot_on_axes,
+        {
+            "run": RUN,
+            "limits": (1, 1, 1),
+            "wheels": 0.2,
+            "axes": None,
+            "length": "mm",
+            "angle": "rad",
+            "until": 1,
+        },
+    ),
+    "plot_quantiles": (
+        fs.plotting.plot_quantiles,
+        {"t": [0, 1], "values": np.eye(2), "ax": AX, "color": "red"},
+    ),
+    "plot_starts": (
+        fs.plotting.plot_starts,
+        {"offsets": [0, 1], "ends": np.eye(2), "ax": plt.figure().add_subplot()},
+    ),
+    "plot_agreement": (
+        fs.plotting.plot_agreement,
+        {"counts": np.ones((1, 2, 2)), "rows": ["a"], "columns": ["b", "c"], "ax": AX},
+    ),
     "plot_run": (fs.plotting.plot_run, {"run": RUN, "ax": AX, "robots": 2}),
     "plot_errors": (fs.plotting.plot_errors, {"run": RUN, "axes": None}),
     "plot_wheels": (fs.plotting.plot_wheels, {"run": RUN, "ax": AX}),

@@ -26,10 +26,6 @@ from refresh_notebooks import (
 ROOT = NOTEBOOKS.parent
 FILES = every_notebook()
 LESSONS = lessons()
-#: Their rewriting is still to come.
-LONG = {
-    "09_track_the_planned_paths",
-}
 
 
 @pytest.fixture(params=FILES, ids=lambda file: file.stem)
@@ -135,9 +131,7 @@ def lines_of(cell):
     return len(cell.source.splitlines())
 
 
-@pytest.mark.parametrize(
-    "file", [file for file in LESSONS if file.stem not in LONG], ids=lambda file: file.stem
-)
+@pytest.mark.parametrize("file", LESSONS, ids=lambda file: file.stem)
 def test_the_lesson_is_the_code_that_is_left(notebook):
     lengths = [lines_of(cell) for cell in code_of(notebook)]
     assert max(lengths) <= 25
