@@ -655,6 +655,7 @@ CALLS = {
             "price": 0.02,
         },
     ),
+    "at_ends": (tuning.at_ends, {"form": "plain", "regime": "nominal"}),
     "judge": (
         partial(comparing.judge, regime="fast", courses=1),
         {"tracker": fs.SlidingMode()},
@@ -663,7 +664,7 @@ CALLS = {
     "local_gains": (comparing.local_gains, {"tracker": fs.SlidingMode(), "speed": 0.1}),
     "plot_fronts": (
         fs.plotting.plot_fronts,
-        {"fronts": {"one": np.ones((2, 2))}, "colors": {"one": "red"}, "ax": AX},
+        {"fronts": {"one": np.ones((2, 2))}, "ax": AX},
     ),
     "plot_intervals": (
         fs.plotting.plot_intervals,
@@ -671,7 +672,6 @@ CALLS = {
             "intervals": {"kind": {"one": (1, 0, 2)}},
             "margin": 1,
             "ax": AX,
-            "colors": {"kind": "red"},
         },
     ),
     "plot_order": (
@@ -742,6 +742,7 @@ CALLED = {
     ("drive", "law"),
     ("run", "function"),
     ("plot_potential", "potential"),
+    ("linearised", "statistic"),
     ("plot_bode", "loop"),
     ("plot_nyquist", "loop"),
     ("plot_gang_of_four", "plant"),

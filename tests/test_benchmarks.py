@@ -113,7 +113,7 @@ def test_compare_trackers(tmp_path, monkeypatch):
     monkeypatch.setattr(script.tuning, "REPLICATES", 1)
     monkeypatch.setattr(script.tuning, "RANGES", {"PurePursuit": tuning.RANGES["PurePursuit"]})
     cells = (comparing.Cell("observed", "fast"),)
-    monkeypatch.setattr(script.comparing, "CELLS", cells)
+    monkeypatch.setattr(script.comparing, "COMPARED", cells)
     monkeypatch.setattr(script.tuning, "GENERATIONS", 1)
     judged = comparing.JUDGED | {"courses": 2, "robots": 3}
     monkeypatch.setattr(script.comparing, "JUDGED", judged)

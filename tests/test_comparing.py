@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 import freeseg as fs
 from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.studies import comparing, statistics, tuning
-from freeseg.studies.comparing import CELLS, JUDGED, LAWS
+from freeseg.studies.comparing import COMPARED, JUDGED, LAWS
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def stored():
 def test_every_law_has_all_runs(stored):
     assert list(LAWS) == list(tuning.RANGES)
     shape = JUDGED["courses"], JUDGED["robots"], tuning.REPLICATES
-    for cell in CELLS:
+    for cell in COMPARED:
         for number in comparing.KEPT:
             assert list(stored[cell][number]) == list(LAWS.values())
             assert {values.shape for values in stored[cell][number].values()} == {shape}
@@ -27,7 +27,7 @@ def test_every_law_has_all_runs(stored):
 
 @pytest.mark.parametrize("name", ["SlidingMode", "Pid", "PurePursuit"])
 def test_stored_runs_are_what_the_stored_gains_drive(stored, name):
-    for number, cell in enumerate(CELLS):
+    for number, cell in enumerate(COMPARED):
         if cell.regime not in ("fast", "disturbed") and number > 2:
             continue
         tuned = "nominal" if cell.regime == "disturbed" else cell.regime

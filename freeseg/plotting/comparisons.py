@@ -13,7 +13,7 @@ from freeseg.studies.statistics import Order
 OTHERS = "0.7"
 
 #: Size of a law's box in the picture of an order, and from row to row.
-BOX, ROW = (0.9, 0.5), 1.0
+ORDER_BOX, ROW_HEIGHT = (0.9, 0.5), 1.0
 
 
 def plot_fronts(fronts, colors=None, ax=None):
@@ -79,6 +79,10 @@ def plot_intervals(intervals, margin=None, ax=None, colors=None):
     """
     checks.instance("intervals", intervals, Mapping, "a dict of kind to a dict of law to interval")
     colors = _colors(colors, intervals)
+    if not intervals or not all(isinstance(found, Mapping) for found in intervals.values()):
+        raise InvalidParameter(
+            f"intervals is {checks.shown(intervals)}; give a dict of kind to a dict of law to interval"
+        )
     names = list(next(iter(intervals.values())))
     ax = new_axes(ax, (7, 0.36 * len(names) + 1))
     if margin is not None:
@@ -129,20 +133,20 @@ def plot_order(order, means, ax=None):
         raise InvalidParameter(f"means lacks {sorted(unknown)}; give the mean of each law")
     rows = _rows(order, means)
     widest = max(len(row) for row in rows)
-    ax = new_axes(ax, (1.15 * widest, ROW * len(rows)))
+    ax = new_axes(ax, (1.15 * widest, ROW_HEIGHT * len(rows)))
     places = {}
     for depth, row in enumerate(rows):
         for place, name in enumerate(row):
-            places[name] = place - (len(row) - 1) / 2, -ROW * depth
+            places[name] = place - (len(row) - 1) / 2, -ROW_HEIGHT * depth
     for better, worse in order.lines:
         (x, y), (x_below, y_below) = places[better], places[worse]
-        ends = [y - BOX[1] / 2, y_below + BOX[1] / 2]
+        ends = [y - ORDER_BOX[1] / 2, y_below + ORDER_BOX[1] / 2]
         ax.plot([x, x_below], ends, color="0.55", lw=1, zorder=1)
     for name, (x, y) in places.items():
         text = f"{name}\n{1000 * means[name]:.2f} mm"
         box = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": PALETTE["planned"]}
         ax.text(x, y, text, ha="center", va="center", fontsize=8, bbox=box, zorder=2)
-    ax.set(xlim=(-widest / 2, widest / 2), ylim=(-ROW * (len(rows) - 0.5), ROW / 2))
+    ax.set(xlim=(-widest / 2, widest / 2), ylim=(-ROW_HEIGHT * (len(rows) - 0.5), ROW_HEIGHT / 2))
     ax.axis("off")
     return ax
 

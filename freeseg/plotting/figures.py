@@ -18,7 +18,7 @@ from freeseg.robot import as_robot, wheel_speeds
 #: Units that errors may be counted in: what one is, in m or in rad.
 LENGTHS, ANGLES = {"m": 1.0, "cm": 0.01, "mm": 0.001}, {"rad": 1.0, "°": np.pi / 180}
 #: A slower reference has no curvature (m/s), and one that turns less drives straight on (rad/s).
-SLOW, STRAIGHT = 1e-3, 1e-9
+SLOW, NO_TURN = 1e-3, 1e-9
 #: Shares of the runs within the bands of `plot_quantiles`, and how dark each is.
 BANDS = (1.0, 0.15), (0.9, 0.3), (0.5, 0.5)
 #: Position errors at which `plot_starts` changes its colour (m), and its colours.
@@ -28,7 +28,7 @@ END_COLORS = "#f7f4e4", "#c9dff0", "#7fb0d6", "#3a6ea5", "#1c2a48"
 
 def turns_of(reference):
     """When a reference begins and ends to turn (s), shape (k, 2)."""
-    turning = np.abs(reference.omega) > STRAIGHT
+    turning = np.abs(reference.omega) > NO_TURN
     changes = np.diff(np.concatenate([[False], turning, [False]]).astype(int))
     last = len(reference.t) - 1
     return reference.t[np.minimum(np.flatnonzero(changes), last)].reshape(-1, 2)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyBboxPatch
 from matplotlib.ticker import MultipleLocator
 
@@ -174,7 +175,17 @@ def _several_axes(axes, rows, columns, size):
     found = list(np.asarray(axes, dtype=object).flat)
     if len(found) != rows * columns:
         raise InvalidParameter(f"axes is {checks.shown(axes)}; give {rows * columns} plane Axes")
+    for ax in found:
+        if not isinstance(ax, Axes):
+            raise InvalidParameter(
+                f"axes is {checks.shown(axes)}; give {rows * columns} plane Axes"
+            )
     return [check_axes(ax) for ax in found]
+
+
+def _check_label(label):
+    """`label`, a text or None, or `InvalidParameter`."""
+    return label if label is None else checks.instance("label", label, str, "a text")
 
 
 def plot_bode(loop, omega, axes=None, color=PALETTE["planned"], label=None):
@@ -203,6 +214,7 @@ def plot_bode(loop, omega, axes=None, color=PALETTE["planned"], label=None):
     -180 degrees, and from the curve to -180 degrees wherever the gain is 1.
     """
     omega, color = _frequencies(omega), check_color(color)
+    _check_label(label)
     response = _response("loop", loop, 1j * omega)
     gain, phase = np.abs(response), np.degrees(np.unwrap(np.angle(response)))
     phase -= 360 * np.round((phase[0] + 180) / 360)
@@ -331,6 +343,7 @@ def plot_gang_of_four(plant, controller, omega, axes=None, color=PALETTE["planne
     list of 4 matplotlib Axes
     """
     omega, color = _frequencies(omega), check_color(color)
+    _check_label(label)
     p = _response("plant", plant, 1j * omega)
     c = _response("controller", controller, 1j * omega)
     four = _several_axes(axes, 2, 2, (8.4, 5))

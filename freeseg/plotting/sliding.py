@@ -121,7 +121,7 @@ def plot_denominator(length_scale, floor, ax=None):
     matplotlib Axes
     """
     length_scale, floor = (
-        checks.positive("length_scale", length_scale),
+        _length(length_scale),
         checks.positive("floor", floor),
     )
     ax = new_axes(ax, (6.6, 4.6))
@@ -165,7 +165,7 @@ def plot_lyapunov_rate(length_scale, speed, turn_rate, ax=None):
     matplotlib Axes
     """
     length_scale, speed = (
-        checks.positive("length_scale", length_scale),
+        _length(length_scale),
         checks.positive("speed", speed),
     )
     turn_rate = checks.number("turn_rate", turn_rate)
@@ -220,3 +220,9 @@ def plot_tradeoff(families, marks=(), ax=None):
     ax.set(xlabel="total variation of the wheels (times the reference's)", ylabel="error (mm)")
     count_in_mm(ax.yaxis)
     return ax
+
+
+def _length(length_scale):
+    """The law's length, or `InvalidParameter` for one whose square is not a number, or zero."""
+    remedy = "a positive length (m) of a robot, such as 0.045"
+    return checks.number("length_scale", length_scale, lambda found: 1e-9 < found < 1e9, remedy)

@@ -9,7 +9,7 @@ import numpy as np
 
 from freeseg import checks
 from freeseg.data import DATA
-from freeseg.errors import InvalidData
+from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.path import Line, Path
 from freeseg.reference import SPEED, make_reference
 from freeseg.robot import KheperaIV
@@ -24,7 +24,7 @@ JUDGED = {"courses": 16, "robots": 8, "seed": 20_000}
 
 #: A smaller difference of position errors is called none (m): a tenth of the noise of a
 #: measured position. It was stated before the runs that are judged were made.
-MARGIN = 1e-4
+NO_DIFFERENCE = 1e-4
 
 #: What is kept of a run.
 KEPT = ("position_rms_m", "roughness_m_s2", "settling_time_s", "hit")
@@ -68,7 +68,7 @@ class Cell(NamedTuple):
 
 #: All of them. Where all that disturbs is three times as strong, gains are those of the
 #: nominal regime.
-CELLS = (
+COMPARED = (
     Cell("plain", "nominal"),
     Cell("told", "nominal"),
     *(Cell("observed", "nominal", price) for price in PRICES),
@@ -130,7 +130,7 @@ def load_comparison(
         For a file that cannot be read or holds another study.
     """
     path = checks.file("file", file)
-    shape = len(CELLS), len(LAWS), JUDGED["courses"], JUDGED["robots"], REPLICATES
+    shape = len(COMPARED), len(LAWS), JUDGED["courses"], JUDGED["robots"], REPLICATES
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {one: stored[one].astype(float) for one in KEPT}
@@ -143,7 +143,7 @@ def load_comparison(
             one: dict(zip(LAWS.values(), values[number], strict=True))
             for one, values in arrays.items()
         }
-        for number, cell in enumerate(CELLS)
+        for number, cell in enumerate(COMPARED)
     }
 
 
@@ -243,6 +243,9 @@ def local_gains(tracker: Any, speed: float = SPEED) -> dict[str, float]:
     -----
     Of what a law integrates, only what one time step adds is in it.
     """
+    speed = checks.positive("speed", speed)
+    if not callable(getattr(tracker, "start", None)) or isinstance(tracker, type):
+        raise InvalidParameter(f"tracker is {checks.shown(tracker)}; give one, such as Pid()")
     if type(tracker).__name__ in SINGLE:
         tracker = replace(tracker, delay=0.0, lag=0.0, observer=0.0)
     elif isinstance(tracker, Predicting):

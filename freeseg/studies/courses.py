@@ -35,7 +35,6 @@ OFFSET = 0.01, np.radians(10)
 OBSTACLES, TURNS, LENGTH = 8, 2, 0.7
 
 #: How many courses, how many robots on each, and the first seed of their worlds and of the robots.
-TRAINING = {"courses": 4, "robots": 4, "seed": 0}
 HELD_OUT = {"courses": 12, "robots": 8, "seed": 1000}
 
 #: More of them would not fit into memory, or take days.

@@ -504,6 +504,7 @@ def linearised(
     """
     values = checks.array("values", values, (None, None, None, None), unit="one a run")
     step, means = checks.positive("step", step), values.mean((1, 2, 3))
+    checks.function("statistic", statistic, "a function of the means", means)
     if not means.all():
         raise InvalidParameter("values has a quantity of mean 0; leave it out, or give others")
     moves = np.diag(step * means)

@@ -64,6 +64,9 @@ class Regime(NamedTuple):
     times: float = 1.0
 
 
+#: More often than that, wheels would lose all of their travel.
+MOST_TIMES = 10
+
 #: The regimes by name. At 0.5 m/s the wheels come to their limits. Where all that disturbs is
 #: three times as strong, nobody is tuned anew.
 REGIMES = {
@@ -76,7 +79,8 @@ REGIMES = {
 
 def disturbed(times: float) -> Disturbance:
     """`DISTURBANCE`, so many times as strong; its correlation time stays."""
-    times = checks.not_negative("times", times)
+    remedy = f"a number from 0 to {MOST_TIMES}"
+    times = checks.number("times", times, lambda found: 0 <= found <= MOST_TIMES, remedy)
     strengths = (one.name for one in fields(Disturbance) if one.name != "slip_time")
     made = {one: times * np.asarray(getattr(DISTURBANCE, one)) for one in strengths}
     return replace(DISTURBANCE, **{one: values.tolist() for one, values in made.items()})

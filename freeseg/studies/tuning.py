@@ -37,7 +37,7 @@ PRICES = (ROUGHNESS, 0.05, 0.2, 0.01, 0.005, 0.002)
 TRAINING = {"courses": 4, "robots": 3}
 
 #: How many replicates there are, and by what their first worlds are apart.
-REPLICATES, FIRST_SEED, APART = 5, 10_000, 1000
+REPLICATES, FIRST_SEED, SEEDS_APART = 5, 10_000, 1000
 
 #: What a law is told of: nothing; delay and lag, and what comes next, where it has a use for
 #: it; and, in addition, what an observer says of the pose and of slip.
@@ -161,6 +161,8 @@ def make_tracker(name: str, form: str, gains: Mapping[str, float], times: float 
     InvalidParameter
         For an unknown name or form, and gains that the law does not take.
     """
+    checks.instance("gains", gains, Mapping, "a dict of name to value")  # type: ignore[type-abstract]
+    times = checks.not_negative("times", times)
     missing = set(ranges(name, form)) ^ set(gains)
     checks.choice("gains", "complete" if not missing else sorted(missing), ("complete",))
     told = {"delay": times * DISTURBANCE.delay, "lag": times * DISTURBANCE.lag}
@@ -197,7 +199,10 @@ def training_numbers(
         solver gives up.
     """
     under = REGIMES[checks.choice("regime", regime, REGIMES)]
-    seed = FIRST_SEED + APART * checks.whole("replicate", replicate)
+    checks.instance("gains", gains, Mapping, "a dict of name to values")  # type: ignore[type-abstract]
+    checks.choice("gains", sorted(gains), (sorted(ranges(name, form)),))
+    gains = {gain: checks.array("gains", gains[gain], (None,)) for gain in ranges(name, form)}
+    seed = FIRST_SEED + SEEDS_APART * checks.whole("replicate", replicate)
     courses = random_courses(TRAINING["courses"], seed, under.speed, under.room)
     offsets = spread_offsets(TRAINING["robots"], seed, under.offset)
     candidates = len(next(iter(gains.values())))
@@ -407,8 +412,8 @@ def load_gains(
             gains[row["gain"]] = row["value"]
     if not searches:
         raise InvalidData(
-            f"{Path(file).name} has no gains of the form {form} for {regime} at {price:g} s^2; "
-            "tune for them"
+            f"price is {price:g}, and {Path(file).name} has no gains of the form {form} for "
+            f"{regime} at that price (s^2); tune for them"
         )
     found: dict[str, list[Tuned]] = {}
     for (name, replicate), (gains, score) in searches.items():

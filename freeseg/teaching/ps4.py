@@ -36,7 +36,7 @@ ROUGH = replace(
 #: The tuned trackers to beat.
 BASELINES = ("Pid", "SlidingMode", "Mpc")
 #: What a second costs, 1 m/s^2 of needless work, and a touch (mm).
-SECOND, WORK, TOUCH = 1.5, 20.0, 1000.0
+SECOND, WORK, TOUCH_COSTS = 1.5, 20.0, 1000.0
 #: Cost over that of the best baseline for none and for all of the points.
 PAYS_FROM, PAYS_ALL = 0.9, 0.45
 #: Cases of a draw; in each, another path with a narrow margin is so much shorter (m).
@@ -103,7 +103,7 @@ def _cost(tracker: Any, case: Case, reference: Reference, rough: bool) -> float:
         1000 * found["position_rms_m"]
         + WORK * max(0.0, needless) / case.given.duration
         + SECOND * (reference.duration - case.given.duration)
-        + TOUCH * (found["clearance_m"] < KheperaIV().radius)
+        + TOUCH_COSTS * (found["clearance_m"] < KheperaIV().radius)
     )
 
 

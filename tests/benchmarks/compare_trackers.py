@@ -24,7 +24,7 @@ LAWS = ("Mpc", *(name for name in tuning.RANGES if name != "Mpc"))
 
 def searches():
     """What is tuned for: law, form, regime, replicate."""
-    kinds = {(cell.form, cell.regime) for cell in comparing.CELLS if cell.regime != "disturbed"}
+    kinds = {(cell.form, cell.regime) for cell in comparing.COMPARED if cell.regime != "disturbed"}
     return [
         (name, *kind, replicate)
         for name in LAWS
@@ -50,7 +50,7 @@ def search(case, _):
 def judged(case, _):
     """What is kept of the runs of one law."""
     name, number, _, gains = case
-    cell = comparing.CELLS[number]
+    cell = comparing.COMPARED[number]
     numbers = comparing.judge(tuning.make_tracker(name, cell.form, gains, cell.told), cell.regime)
     return {one: numbers[one].ravel().tolist() for one in comparing.KEPT}
 
@@ -63,7 +63,7 @@ def judgements(rows):
         gains.setdefault(key, {})[row["gain"]] = row["value"]
     cases = []
     for name, (number, cell), replicate in product(
-        LAWS, enumerate(comparing.CELLS), range(tuning.REPLICATES)
+        LAWS, enumerate(comparing.COMPARED), range(tuning.REPLICATES)
     ):
         regime = "nominal" if cell.regime == "disturbed" else cell.regime
         found = gains[name, cell.form, regime, cell.price, replicate]
@@ -82,7 +82,7 @@ def main(store=None, jobs=2, folder=DATA):
     runs = list(run(judged, cases, stores[1], jobs=jobs, strict=True))
     order = sorted(range(len(cases)), key=lambda k: (cases[k][1], laws.index(cases[k][0]), k))
     size = comparing.JUDGED["courses"], comparing.JUDGED["robots"]
-    shape = len(comparing.CELLS), len(laws), tuning.REPLICATES, *size
+    shape = len(comparing.COMPARED), len(laws), tuning.REPLICATES, *size
     arrays = {}
     for one in comparing.KEPT:
         values = np.reshape([runs[k][one] for k in order], shape)
