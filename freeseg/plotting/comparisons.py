@@ -79,9 +79,10 @@ def plot_intervals(intervals, margin=None, ax=None, colors=None):
     """
     checks.instance("intervals", intervals, Mapping, "a dict of kind to a dict of law to interval")
     colors = _colors(colors, intervals)
-    if not intervals or not all(isinstance(found, Mapping) for found in intervals.values()):
+    if not intervals or not all(isinstance(kind, Mapping) for kind in intervals.values()):
         raise InvalidParameter(
-            f"intervals is {checks.shown(intervals)}; give a dict of kind to a dict of law to interval"
+            f"intervals is {checks.shown(intervals)}; give a dict of kind to a dict of law to "
+            "interval"
         )
     names = list(next(iter(intervals.values())))
     ax = new_axes(ax, (7, 0.36 * len(names) + 1))
