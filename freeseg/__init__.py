@@ -31,6 +31,8 @@ from freeseg.planners import (
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
+from freeseg.react import ReactiveRun, react
+from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
 from freeseg.reference import Reference, make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
 from freeseg.segments import free_segments
@@ -67,6 +69,7 @@ __all__ = [
     "Arc",
     "Disc",
     "Disturbance",
+    "DynamicWindow",
     "Explorer",
     "FeedbackLinearisation",
     "FreesegError",
@@ -87,8 +90,10 @@ __all__ = [
     "Plan",
     "Planner",
     "Polygon",
+    "PotentialField",
     "Predicting",
     "PurePursuit",
+    "ReactiveRun",
     "Reference",
     "Robot",
     "Run",
@@ -98,6 +103,7 @@ __all__ = [
     "SuperTwisting",
     "Tracker",
     "Trapped",
+    "VectorFieldHistogram",
     "World",
     "display",
     "drive",
@@ -114,6 +120,7 @@ __all__ = [
     "plotting",
     "random_query",
     "random_world",
+    "react",
     "shortest_path",
     "simulate",
     "studies",
