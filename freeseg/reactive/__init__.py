@@ -5,12 +5,11 @@ tracker's does; but it follows nothing. It sees the obstacles and knows the goal
 and proves nothing: it may stop short of the goal, for ever. `freeseg.react` drives by it.
 
 The paper names one more, an "agoraphobic algorithm", which is found nowhere by that name. The
-*Agoraphilic* algorithm, attraction by free space, is probably meant. It is not here, for it
-could not be established well enough to be fair to it. The papers that introduced it (J.
-McFetridge, M. Y. Ibrahim, from 1998 on) are not public. What is public describes
-later versions, in English words and figures more than in equations: in that of H. S. Hewawasam,
-M. Y. Ibrahim and G. K. Appuhamillage (*Machines* 10(11), 1085, 2022) a fuzzy controller weighs
-the forces of free space, and movers are tracked and predicted.
+*Agoraphilic* algorithm, attraction by free space, is probably meant. It is not here, for its
+first papers (J. McFetridge, M. Y. Ibrahim) could not be had, and what is public is a later one:
+the algorithm of *Machines* 10(11), 1085, 2022 puts a fuzzy controller, and the tracking and
+prediction of movers, on top. Neither the first form of the force of free space nor the gains
+of its controller could be established, and a law that we complete ourselves is no rival.
 """
 
 from freeseg.reactive.dynamic_window import DynamicWindow

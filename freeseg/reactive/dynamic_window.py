@@ -279,8 +279,9 @@ def free_distances(
     -------
     ndarray
         Length of the arc (m), of the velocities' shape; infinite where no point is met or the
-        robot turns on the spot. A point that is too close already is met at once if the robot
-        drives towards it, and else not at all, so that it can leave.
+        robot turns on the spot. At rest, it is that of driving straight on. A point that is too
+        close already is met at once if the robot drives towards it, and else not at all, so
+        that it can leave.
     """
     shape, v, omega = v.shape, v.reshape(-1, 1), omega.reshape(-1, 1)
     straight = np.abs(omega) < STRAIGHT
@@ -297,5 +298,5 @@ def free_distances(
     length = np.where(straight, np.where(x > 0, straight_on, np.inf), length)
     length = np.where(x**2 + y**2 < clearance**2, np.where(x > 0, 0.0, np.inf), length)
     # Not a number: the point stays out of the way.
-    length = np.where(np.isnan(length) | (v == 0), np.inf, length)
+    length = np.where(np.isnan(length) | ((v == 0) & ~straight), np.inf, length)
     return length.min(-1, initial=np.inf).reshape(shape)

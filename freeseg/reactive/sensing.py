@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import FreesegError, InvalidQuery
-from freeseg.geometry import TINY, cross, unit
+from freeseg.geometry import TINY, cross, point_segment_distance, unit
 from freeseg.planners.query import check_free
 from freeseg.robot import Robot, as_robot
 from freeseg.trackers.feedback import Law
@@ -21,6 +21,9 @@ from freeseg.world import World, as_position
 
 #: Rays of a range scan, equally spaced: one every three degrees.
 BEAMS = 120
+
+#: Sine of the angle at which a ray is taken to be parallel to a segment.
+PARALLEL = 1e-9
 
 
 class Outlines(NamedTuple):
@@ -157,21 +160,19 @@ def scan(outlines: Outlines, pose: np.ndarray, reach: float) -> tuple[np.ndarray
     turns = 2 * np.pi / BEAMS * np.arange(BEAMS)
     bearing = turns.reshape(-1, *(1,) * (pose.ndim - 1)) + pose[2]
     rays, origin = unit(bearing)[..., None, :], np.moveaxis(pose[:2], 0, -1)[..., None, :]
-    is_disc = (outlines.edges[:, 0] == outlines.edges[:, 1]).all(-1)
-    to_discs = outlines.edges[is_disc, 0] - origin
-    radii = outlines.radii[is_disc]
-    near = np.hypot(to_discs[..., 0], to_discs[..., 1]) < reach + radii
-    near = near.reshape(-1, len(radii)).any(0)
-    to_discs, radii = to_discs[..., near, :], radii[near]
+    near = point_segment_distance(origin, outlines.edges) < reach + outlines.radii
+    near = near.reshape(-1, len(outlines.radii)).any(0)
+    edges, radii = outlines.edges[near], outlines.radii[near]
+    is_disc = (edges[:, 0] == edges[:, 1]).all(-1)
     distance = np.minimum(
-        _to_discs(rays, to_discs, radii).min(-1, initial=np.inf),
-        _to_segments(rays, outlines.edges[~is_disc], origin).min(-1, initial=np.inf),
+        _to_discs(rays, edges[is_disc, 0] - origin, radii[is_disc]).min(-1, initial=np.inf),
+        _to_segments(rays, edges[~is_disc], origin).min(-1, initial=np.inf),
     )
     return bearing, np.where(distance <= reach, distance, np.inf)
 
 
 def _to_discs(rays: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Lengths of rays (..., 1, 2) up to discs; their centres (..., k, 2) as seen from the origin."""
+    """Lengths of rays (..., 1, 2) up to discs; their centres (..., k, 2) are seen from there."""
     ahead = (rays * centers).sum(-1)
     outside = (centers**2).sum(-1) - radii**2
     inner = ahead**2 - outside
@@ -187,7 +188,9 @@ def _to_segments(rays: np.ndarray, edges: np.ndarray, origin: np.ndarray) -> np.
     with np.errstate(divide="ignore", invalid="ignore"):
         length = cross(to_tails, along) / turned
         share = cross(to_tails, rays) / turned
-    meets = (length >= 0) & (share >= 0) & (share <= 1)
+    # A ray along a segment meets its neighbours at their corner.
+    crosses = np.abs(turned) > PARALLEL * np.hypot(along[..., 0], along[..., 1])
+    meets = crosses & (length >= 0) & (share >= 0) & (share <= 1)
     return np.where(meets, length, np.inf)
 
 

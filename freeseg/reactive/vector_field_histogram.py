@@ -88,17 +88,17 @@ class VectorFieldHistogram:
         sectors.
     """
 
-    reach: float = 0.5
-    margin: float = 0.01
-    low: float = 0.5
-    high: float = 1.0
-    wide: float = float(np.radians(80))
+    reach: float = 0.65
+    margin: float = 0.003
+    low: float = 1.1
+    high: float = 1.5
+    wide: float = 0.35
     to_goal: float = 5.0
     to_heading: float = 2.0
     to_previous: float = 2.0
     speed: float = SPEED
-    steering: float = 4.0
-    turn_rate: float = 3.0
+    steering: float = 2.2
+    turn_rate: float = 6.0
     approach: float = 1.0
     sectors: int = 72
 
