@@ -18,7 +18,16 @@ import freeseg as fs
 from freeseg import data, studies
 from freeseg.checks import shown
 from freeseg.segments import find_endpoints
-from freeseg.studies import courses, planning, runner, sizes, statistics, tracking, tuning
+from freeseg.studies import (
+    courses,
+    planning,
+    reacting,
+    runner,
+    sizes,
+    statistics,
+    tracking,
+    tuning,
+)
 from freeseg.teaching import quietly, variant_seed
 
 # What is compiled is so before a clock runs.
@@ -33,6 +42,10 @@ BATCH = fs.simulate(fs.SlidingMode(), REFERENCE, initial_offset=np.zeros((3, 2))
 CHAIN = fs.free_segments(WORLD)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
+#: A drive of few steps.
+NEAR = {"scene": WORLD, "start": (0, 0), "goal": (0.02, 0.0)}
+REACTIVE_RUN = fs.react(fs.PotentialField(), **NEAR)
+TASK = reacting.Task(WORLD, np.zeros(2), np.array([0.02, 0.0]), 0.02)
 ROBOT = fs.KheperaIV()
 
 
@@ -257,6 +270,51 @@ CALLS = {
             "disturbance": None,
             "seed": 0,
         },
+    ),
+    "react": (
+        fs.react,
+        {
+            "reactive": fs.PotentialField(),
+            **NEAR,
+            "robot": None,
+            "dt": 0.05,
+            "disturbance": None,
+            "seed": 0,
+            "tolerance": 0.01,
+            "patience": 0.5,
+            "limit": 1.0,
+        },
+    ),
+    "ReactiveRun": (
+        fs.ReactiveRun,
+        {
+            field.name: getattr(REACTIVE_RUN, field.name)
+            for field in dataclasses.fields(fs.ReactiveRun)
+        },
+    ),
+    "random_tasks": (
+        reacting.random_tasks,
+        {"count": 1, "seed": 0, "n": 8, "shapes": ("disc",), "area": 0.1},
+    ),
+    "attempt": (
+        partial(reacting.attempt, patience=0.5),
+        {"law": fs.PotentialField(), "task": TASK, "disturbance": None, "seed": 0},
+    ),
+    "score": (reacting.score, {"law": fs.PotentialField(), "tasks": [TASK]}),
+    "search": (
+        reacting.search,
+        {
+            "cost": lambda gains: gains["gain"],
+            "ranges": {"gain": (1, 10)},
+            "first": {"gain": 2},
+            "seed": 0,
+            "budget": 5,
+            "population": 5,
+        },
+    ),
+    "tune a reactive law": (
+        partial(reacting.tune, seed=0),
+        {"name": "PotentialField", "tasks": [TASK], "budget": 16},
     ),
     "Run": (
         fs.Run,
@@ -521,13 +579,23 @@ for tracker in TRACKERS:
     CALLS[tracker.__name__] = tracker, good
     run = {"reference": REFERENCE, "robot": ROBOT, "dt": 0.05}
     CALLS[f"{tracker.__name__}.start"] = tracker().start, run
+for reactive in (getattr(fs, name) for name in fs.reactive.__all__):
+    good = {field.name: field.default for field in dataclasses.fields(reactive)}
+    CALLS[reactive.__name__] = reactive, good
+    drive = {"scene": WORLD, "goal": (0.02, 0.0), "robot": ROBOT, "dt": 0.05}
+    CALLS[f"{reactive.__name__}.start"] = reactive().start, drive
 PREDICTING = {"tracker": fs.SlidingMode(), "delay": 0.05, "lag": 0.03}
 CALLS["Predicting"] = fs.Predicting, PREDICTING
 CALLS["Predicting.start"] = fs.Predicting(**PREDICTING).start, run
 CALLS["Lqr.gains"] = fs.Lqr().gains, {"v_r": 0.1, "dt": 0.05}
 
 #: What a function calls.
-CALLED = ("drive", "law"), ("run", "function"), ("plot_potential", "potential")
+CALLED = (
+    ("drive", "law"),
+    ("run", "function"),
+    ("plot_potential", "potential"),
+    ("search", "cost"),
+)
 
 
 def numbers_of(result):
@@ -612,7 +680,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (tuning,)
+    modules += (reacting, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

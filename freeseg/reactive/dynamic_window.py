@@ -82,9 +82,9 @@ class DynamicWindow:
     """
 
     to_goal: float = 2.0
-    to_clear: float = 0.2
-    to_speed: float = 0.2
-    interval: float = 0.25
+    to_clear: float = 2.0
+    to_speed: float = 1.0
+    interval: float = 0.5
     reach: float = 0.5
     margin: float = 0.005
     speed: float = SPEED

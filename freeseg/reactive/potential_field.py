@@ -46,8 +46,8 @@ class PotentialField:
     fast as the top speed in its direction. Khatib's robot can move any way; this one turns
     towards it and slows down by the cosine of what is left to turn.
 
-    It knows the map: the nearest point of every obstacle, however far away. The defaults come
-    from a small search in random worlds.
+    It knows the map: the nearest point of every obstacle, however far away. The defaults
+    are an assumption.
 
     Parameters
     ----------
