@@ -49,33 +49,24 @@ def test_a_dead_end_traps_every_law(law):
     with pytest.raises(fs.Trapped, match=type(law).__name__) as caught:
         fs.react(law, world, (0, 0.01), (1.1, 0), patience=5)
     run = caught.value.run
-    # It is in the cup, and stands or circles there; the track says for how long.
+    # It never comes round the cup; it stands, or comes and goes. The track says for how long.
     assert run.collision is None
-    assert 0.5 < run.pose[0, -1] < 0.9
-    assert abs(run.pose[1, -1]) < 0.25
+    assert run.pose[0].max() < 0.9
     left = np.hypot(*(run.pose[:2] - np.array([[1.1], [0]])))
     assert left[-1 - int(5 / 0.05) :].min() > left.min() - 0.01
     assert caught.value.steps == ()
 
 
-def test_the_window_drives_past_a_gap_that_it_is_too_fast_for():
-    # A corridor with a door to the left; who weighs speed and heading so does not brake for it.
-    walls = [
-        fs.Polygon([(-0.3, -0.2), (2, -0.2), (2, -0.15), (-0.3, -0.15)]),
-        fs.Polygon([(-0.3, 0.15), (0.8, 0.15), (0.8, 0.2), (-0.3, 0.2)]),
-        fs.Polygon([(1.05, 0.15), (2, 0.15), (2, 0.2), (1.05, 0.2)]),
-    ]
+def test_a_fast_robot_with_weak_brakes_sees_as_far_as_it_must():
     weak = fs.Robot(0.1054, 0.1408, 0.021, 47.61, 6)
-    fast, slow = (
-        fs.DynamicWindow(speed=speed, to_goal=1, to_clear=1, to_speed=2, approach=5)
-        for speed in (0.8, 0.1)
-    )
-    goal = (0.925, 0.6)
-    run = fs.react(slow, fs.World(walls), (0, 0, 0), goal, weak, patience=8)
-    assert run.collision is None
+    wall = fs.World([fs.Polygon([(1, -1), (1.1, -1), (1.1, 1), (1, 1)])])
+    law = fs.DynamicWindow(speed=0.4)
+    assert law.reach < 0.4**2 / (2 * weak.max_wheel_acceleration)
     with pytest.raises(fs.Trapped) as caught:
-        fs.react(fast, fs.World(walls), (0, 0, 0), goal, weak, patience=8)
-    assert caught.value.run.pose[0].max() > 1.05
+        fs.react(law, wall, (0, 0), (1.5, 0), weak, patience=5)
+    run = caught.value.run
+    assert np.hypot(*np.diff(run.pose[:2])).max() > 0.9 * 0.4 * 0.05
+    assert run.collision is None
 
 
 class Blind:
@@ -87,7 +78,7 @@ class Blind:
 
 def test_a_collision_is_found_whatever_the_law_says():
     run = fs.react(Blind(), DISC, (0, 0), (1, 0))
-    assert run.clearance == pytest.approx(0.03 - 0.05)
+    assert run.clearance == pytest.approx(0.03 - 0.05, abs=1e-5)
     # The body meets the disc where its centre is as far from that of the disc as both radii.
     meets = 0.5 - np.sqrt((0.05 + run.robot.radius) ** 2 - 0.03**2)
     at = np.interp(run.collision, run.t, run.pose[0])

@@ -180,16 +180,16 @@ def test_what_the_robot_cannot_turn_to_is_masked():
     heading = np.radians(30)
     masked = law.masked(free, bearing, distance, heading, 0.2, ROBOT)
     assert np.flatnonzero(masked).tolist() == list(range(19, 43))
-    # On the spot it can turn anywhere; on a far wider arc it comes past before the reading.
+    # On the spot it can turn anywhere, on a narrow arc before a reading that is farther away.
     assert not law.masked(free, bearing, distance, heading, 0.0, ROBOT).any()
-    assert not law.masked(free, bearing, distance, heading, 5.0, ROBOT).any()
+    assert not law.masked(free, bearing, distance + 0.2, heading, 0.1, ROBOT).any()
     # Mirrored, it masks the other side.
     other = law.masked(free, 2 * heading - bearing, distance, heading, 0.2, ROBOT)
-    assert np.flatnonzero(other).tolist() == list(range(42, 66))
+    assert np.flatnonzero(other).tolist() == list(range(43, 66))
 
 
 def test_narrow_openings_are_passed_in_the_middle_and_wide_ones_near_their_borders():
-    law = fs.VectorFieldHistogram()
+    law = fs.VectorFieldHistogram(wide=np.radians(80))
     blocked = np.ones(72, bool)
     assert law.select(blocked, 0.0, 0.0, 0.0) is None
     blocked[10:15] = False
@@ -249,7 +249,9 @@ def test_arcs_end_where_a_fine_search_says():
 def test_what_is_too_close_stops_only_who_drives_towards_it():
     ahead, behind = (np.array([0.05]), np.zeros(1)), (np.array([-0.05]), np.zeros(1))
     v, omega = np.array([0.1, 0.1, 0.0]), np.array([0.0, 1.0, 1.0])
-    assert free_distances(v, omega, *ahead, 0.07).tolist() == [0, 0, np.inf]
+    assert free_distances(v, omega, *ahead, 0.07).tolist() == [0, 0, 0]
+    # Who turns on the spot until it is behind can leave.
+    assert free_distances(v, omega, *ahead, 0.07, 2.0).tolist() == [0, 0, np.inf]
     assert free_distances(v, omega, *behind, 0.07).tolist() == [np.inf] * 3
 
 

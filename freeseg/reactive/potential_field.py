@@ -47,7 +47,7 @@ class PotentialField:
     towards it and slows down by the cosine of what is left to turn.
 
     It knows the map: the nearest point of every obstacle, however far away. The defaults
-    are an assumption.
+    come from a small search in random worlds.
 
     Parameters
     ----------
@@ -81,12 +81,12 @@ class PotentialField:
     """
 
     attraction: float = 1.0
-    repulsion: float = 0.001
-    influence: float = 0.1
+    repulsion: float = 0.0002
+    influence: float = 0.13
     order: float = 2.0
     speed: float = SPEED
-    steering: float = 4.0
-    turn_rate: float = 3.0
+    steering: float = 2.0
+    turn_rate: float = 1.5
 
     def __post_init__(self):
         check_gains(self, "repulsion", "order")

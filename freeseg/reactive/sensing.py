@@ -22,7 +22,8 @@ from freeseg.world import World, as_position
 #: Rays of a range scan, equally spaced: one every three degrees.
 BEAMS = 120
 
-#: Sine of the angle at which a ray is taken to be parallel to a segment.
+#: Sine of the angle at which a ray is taken to be parallel to a segment, and by which share of
+#: its length a segment reaches farther.
 PARALLEL = 1e-9
 
 
@@ -161,7 +162,7 @@ def scan(outlines: Outlines, pose: np.ndarray, reach: float) -> tuple[np.ndarray
     bearing = turns.reshape(-1, *(1,) * (pose.ndim - 1)) + pose[2]
     rays, origin = unit(bearing)[..., None, :], np.moveaxis(pose[:2], 0, -1)[..., None, :]
     near = point_segment_distance(origin, outlines.edges) < reach + outlines.radii
-    near = near.reshape(-1, len(outlines.radii)).any(0)
+    near = near.any(tuple(range(near.ndim - 1)))
     edges, radii = outlines.edges[near], outlines.radii[near]
     is_disc = (edges[:, 0] == edges[:, 1]).all(-1)
     distance = np.minimum(
@@ -190,7 +191,8 @@ def _to_segments(rays: np.ndarray, edges: np.ndarray, origin: np.ndarray) -> np.
         share = cross(to_tails, rays) / turned
     # A ray along a segment meets its neighbours at their corner.
     crosses = np.abs(turned) > PARALLEL * np.hypot(along[..., 0], along[..., 1])
-    meets = crosses & (length >= 0) & (share >= 0) & (share <= 1)
+    # Nor does round-off let it through between two neighbours.
+    meets = crosses & (length >= 0) & (np.abs(share - 0.5) <= 0.5 + PARALLEL)
     return np.where(meets, length, np.inf)
 
 

@@ -54,7 +54,9 @@ class VectorFieldHistogram:
     (J. Borenstein, Y. Koren, *IEEE Transactions on Robotics and Automation* 7(3), 1991), and by
     the cosine of what is left to turn. Readings from beyond the goal do not count.
 
-    It knows no map: it has range readings all round, of `BEAMS` rays, and its own pose.
+    It knows no map: it has range readings all round, of `BEAMS` rays, and its own pose. The
+    defaults come from a small search in random worlds, but for the weights, which are the
+    paper's; the paper's wide opening is 16 sectors, 80 degrees.
 
     Parameters
     ----------

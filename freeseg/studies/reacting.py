@@ -46,9 +46,9 @@ GAIN_RANGES: dict[str, dict[str, tuple[float, float]]] = {
     },
     "DynamicWindow": {
         "to_clear": (0.1, 10),
-        "to_speed": (0.1, 10),
-        "interval": (0.05, 1.5),
-        "reach": (0.2, 1.5),
+        "to_speed": (0.03, 3),
+        "interval": (0.05, 3),
+        "reach": (0.08, 1.5),
         "margin": (0.001, 0.03),
         "turn_rate": (1, 10),
         "approach": (0.3, 3),
