@@ -19,7 +19,7 @@ from freeseg.simulate import Run, drive
 from freeseg.world import World, as_points, as_position, round_off
 
 #: Largest distance (m) between the points of a run at which its clearance is measured.
-SPACING = 0.001
+CHECK_STEP = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class ReactiveRun(Run):
         As for `Run`, of one robot that followed nothing.
     clearance : float
         Smallest distance (m) of the robot's centre from an obstacle, each where it is at that
-        time: by Shapely, at points of the arcs driven that are at most `SPACING` apart.
+        time: by Shapely, at points of the arcs driven that are at most `CHECK_STEP` apart.
     collision : float or None
         Time (s) at which the body first meets an obstacle; None if it never does.
     """
@@ -190,7 +190,7 @@ def _checked(run, scene):
 
 
 def arc_points(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the arcs that a robot drove, at most `SPACING` apart, and their times.
+    """Points of the arcs that a robot drove, at most `CHECK_STEP` apart, and their times.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def arc_points(run: Run) -> tuple[np.ndarray, np.ndarray]:
     # Signed: the robot may back up.
     chord = np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle)
     length = chord / np.sinc(turned / (2 * np.pi))
-    count = max(ceil(np.abs(length).max() / SPACING), 1)
+    count = max(ceil(np.abs(length).max() / CHECK_STEP), 1)
     share = np.arange(count) / count
     part = np.multiply.outer(length, share) * np.sinc(
         np.multiply.outer(turned, share / (2 * np.pi))

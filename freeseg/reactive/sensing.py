@@ -161,8 +161,8 @@ def scan(outlines: Outlines, pose: np.ndarray, reach: float) -> tuple[np.ndarray
     turns = 2 * np.pi / BEAMS * np.arange(BEAMS)
     bearing = turns.reshape(-1, *(1,) * (pose.ndim - 1)) + pose[2]
     rays, origin = unit(bearing)[..., None, :], np.moveaxis(pose[:2], 0, -1)[..., None, :]
-    near = point_segment_distance(origin, outlines.edges) < reach + outlines.radii
-    near = near.any(tuple(range(near.ndim - 1)))
+    apart = point_segment_distance(origin, outlines.edges) - outlines.radii
+    near = (apart < reach).any(axis=tuple(range(apart.ndim - 1)))
     edges, radii = outlines.edges[near], outlines.radii[near]
     is_disc = (edges[:, 0] == edges[:, 1]).all(-1)
     distance = np.minimum(

@@ -1,7 +1,7 @@
 """Reactive laws in random worlds: how far they drive, and a search of their gains."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -127,7 +127,7 @@ def attempt(
     task: Task,
     disturbance: Disturbance | None = None,
     seed: int | tuple[int, int] = 0,
-    **limits: float,
+    **limits: Any,
 ) -> tuple[ReactiveRun, bool]:
     """What a robot drives by a law, and whether it arrives without a collision.
 
