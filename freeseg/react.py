@@ -108,7 +108,7 @@ def react(
         the obstacles stand at first.
     InvalidParameter
         For what is no reactive law; a tolerance, patience or limit that is not positive, or a
-        limit of over 10 million time steps; and as `drive`.
+        limit of no or over 10 million time steps; and as `drive`.
 
     Examples
     --------
@@ -120,6 +120,8 @@ def react(
     robot, dt = as_robot(robot), checks.positive("dt", dt)
     tolerance = checks.positive("tolerance", tolerance)
     patience, limit = checks.positive("patience", patience), checks.positive("limit", limit)
+    if dt > limit:
+        raise InvalidParameter(f"dt is {dt:g} s, longer than the limit, {limit:g} s; give less")
     if limit / dt > MOST_STEPS:
         raise InvalidParameter(f"limit is {limit:g} s; give less, for {MOST_STEPS:g} steps")
     goal = as_position(goal, "goal")

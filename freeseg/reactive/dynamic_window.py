@@ -19,6 +19,9 @@ SMOOTHED = 0.25, 0.5, 0.25
 #: Slower turns drive straight on (rad/s).
 STRAIGHT = 1e-9
 
+#: A finer grid of velocities would take seconds for a step.
+MOST_VALUES = 1000
+
 
 @dataclass(frozen=True)
 class DynamicWindow:
@@ -82,7 +85,8 @@ class DynamicWindow:
     ------
     InvalidParameter
         For a gain that is negative, not finite or zero, but for the weights and the margin,
-        which may be zero; for under 2 speeds or 3 turns.
+        which may be zero; for under 2 speeds or 3 turns, or over
+        `MOST_VALUES`.
     """
 
     to_goal: float = 2.0
@@ -100,7 +104,9 @@ class DynamicWindow:
     def __post_init__(self):
         check_gains(self, "to_goal", "to_clear", "to_speed", "margin")
         for name, least in (("speeds", 2), ("turns", 3)):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), least))
+            object.__setattr__(
+                self, name, checks.whole(name, getattr(self, name), least, most=MOST_VALUES)
+            )
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
         """The law for one drive, see `PotentialField.start`."""

@@ -14,6 +14,9 @@ from freeseg.reference import SPEED
 from freeseg.robot import Robot
 from freeseg.trackers.feedback import Law, check_gains
 
+#: More sectors than this are narrower than any sensor sees.
+MOST_SECTORS = 3600
+
 
 @dataclass(frozen=True)
 class VectorFieldHistogram:
@@ -87,7 +90,7 @@ class VectorFieldHistogram:
     InvalidParameter
         For a gain that is negative, not finite or zero, but for the margin, the weights and the
         lower threshold, which may be zero; a threshold ``low`` above ``high``; or under 8
-        sectors.
+        sectors, or over `MOST_SECTORS`.
     """
 
     reach: float = 0.65
@@ -106,7 +109,9 @@ class VectorFieldHistogram:
 
     def __post_init__(self):
         check_gains(self, "margin", "low", "to_goal", "to_heading", "to_previous")
-        object.__setattr__(self, "sectors", checks.whole("sectors", self.sectors, 8))
+        object.__setattr__(
+            self, "sectors", checks.whole("sectors", self.sectors, 8, most=MOST_SECTORS)
+        )
         if self.low > self.high:
             raise InvalidParameter(f"low is {self.low:g}, above high, {self.high:g}; give less")
 

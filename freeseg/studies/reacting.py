@@ -12,6 +12,7 @@ from freeseg.planners import shortest_path
 from freeseg.random_worlds import SPACIOUS, random_query, random_world
 from freeseg.react import ReactiveRun, react
 from freeseg.reactive.sensing import Reactive
+from freeseg.studies.tuning import MOST_EVALUATIONS
 from freeseg.world import World
 
 #: What a run counts that does not arrive, or collides: so many times the shortest path.
@@ -19,6 +20,9 @@ FAILED = 3.0
 
 #: A query whose shortest path is not so long (m) is left out, for it asks for nothing.
 WORTH = 0.4
+
+#: More tasks would take days.
+MOST_TASKS = 100_000
 
 #: So many worlds are tried for a task.
 MOST_TRIES = 50
@@ -91,10 +95,10 @@ def random_tasks(
     Raises
     ------
     InvalidParameter
-        For less than one task, or as `random_world`; or where it takes over `MOST_TRIES` worlds
-        a task.
+        For less than one task or over `MOST_TASKS`, or as `random_world`; or where it takes over
+        `MOST_TRIES` worlds a task.
     """
-    count, seed = checks.whole("count", count, 1), checks.whole("seed", seed)
+    count, seed = checks.whole("count", count, 1, most=MOST_TASKS), checks.whole("seed", seed)
     found: list[Task] = []
     tries = 0
     while len(found) < count:
@@ -209,18 +213,15 @@ def search(
     Raises
     ------
     InvalidParameter
-        For gains out of their ranges, another budget, or no seed.
+        For what is no function, gains out of their ranges, another budget, or no seed.
     """
     seed = checks.whole("seed", seed)
-    population = checks.whole("population", population, 5)
-    budget = checks.whole("budget", budget, population)
+    checks.function("cost", cost, "cost(gains) -> float", {})
+    population = checks.whole("population", population, 5, most=MOST_EVALUATIONS)
+    budget = checks.whole("budget", budget, population, most=MOST_EVALUATIONS)
     if budget % population:
         raise InvalidParameter(f"budget is {budget}; give a multiple of {population}")
-    for name, (low, high) in ranges.items():
-        if not 0 < low <= checks.as_float(first.get(name)) <= high:
-            raise InvalidParameter(
-                f"first {name} is {checks.shown(first.get(name))}; give {low:g} to {high:g}"
-            )
+    _check_ranges(ranges, first)
     # Imported here: they take long, and only this function needs them.
     from scipy.optimize import differential_evolution
     from scipy.stats import qmc
@@ -244,6 +245,24 @@ def search(
         rng=rng,
     )
     return gains_of(found.x), float(found.fun)
+
+
+def _check_ranges(ranges: Any, first: Any) -> None:
+    """`InvalidParameter` unless these are ranges of positive gains, and gains within them."""
+    checks.instance("ranges", ranges, Mapping, "a dict of name to least and largest")
+    checks.instance("first", first, Mapping, "a dict of name to value")
+    if not ranges:
+        raise InvalidParameter("ranges is empty; give the range of one gain at least")
+    for name, within in ranges.items():
+        low, high = checks.numbers(f"ranges[{name!r}]", within, 2)
+        if not 0 < low < high:
+            raise InvalidParameter(
+                f"ranges[{name!r}] is {checks.shown(within)}; give a positive number and a larger"
+            )
+        if not low <= checks.as_float(first.get(name)) <= high:
+            raise InvalidParameter(
+                f"first {name} is {checks.shown(first.get(name))}; give {low:g} to {high:g}"
+            )
 
 
 def tune(
