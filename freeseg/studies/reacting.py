@@ -1,6 +1,6 @@
 """Reactive laws in random worlds: how far they drive, and a search of their gains."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -167,21 +167,26 @@ def score(law: Reactive, tasks: Iterable[Task]) -> float:
     InvalidParameter
         For what are no tasks, none, or no law.
     """
-    tasks = checks.instances("tasks", tasks, Task, "what random_tasks made")
-    if not tasks:
-        raise InvalidParameter("tasks is empty; give what random_tasks made")
     ratios = []
-    for task in tasks:
+    for task in _check_tasks(tasks):
         run, arrived = attempt(law, task)
         driven = float(np.hypot(*np.diff(run.pose[:2])).sum())
         ratios.append(min(driven / task.shortest, FAILED) if arrived else FAILED)
     return float(np.mean(ratios))
 
 
+def _check_tasks(tasks: Any) -> tuple[Task, ...]:
+    """`tasks` as a tuple; `InvalidParameter` for what are no tasks, or none."""
+    found = checks.instances("tasks", tasks, Task, "what random_tasks made")
+    if not found:
+        raise InvalidParameter(f"tasks is {checks.shown(tasks)}; give what random_tasks made")
+    return tuple(found)
+
+
 def search(
     cost: Callable[[dict[str, float]], float],
-    ranges: Mapping[str, tuple[float, float]],
-    first: Mapping[str, float],
+    ranges: dict[str, tuple[float, float]],
+    first: dict[str, float],
     seed: int,
     budget: int,
     population: int = 16,
@@ -192,9 +197,9 @@ def search(
     ----------
     cost : callable
         ``cost(gains)``, which is to be small.
-    ranges : mapping
+    ranges : dict
         Name to least and largest value, both positive.
-    first : mapping
+    first : dict
         Gains to begin with, within their ranges.
     seed : int
         Of the search.
@@ -249,8 +254,8 @@ def search(
 
 def _check_ranges(ranges: Any, first: Any) -> None:
     """`InvalidParameter` unless these are ranges of positive gains, and gains within them."""
-    checks.instance("ranges", ranges, Mapping, "a dict of name to least and largest")
-    checks.instance("first", first, Mapping, "a dict of name to value")
+    checks.instance("ranges", ranges, dict, "a dict of name to least and largest")
+    checks.instance("first", first, dict, "a dict of name to value")
     if not ranges:
         raise InvalidParameter("ranges is empty; give the range of one gain at least")
     for name, within in ranges.items():
@@ -292,7 +297,8 @@ def tune(
         For a name that is not known, and as `score` and `search`.
     """
     kind = getattr(reactive, checks.choice("name", name, GAIN_RANGES))
-    tasks = checks.instances("tasks", tasks, Task, "what random_tasks made")
+    # Here, for the search wraps the errors of its function.
+    tasks = _check_tasks(tasks)
 
     def cost(gains: dict[str, float]) -> float:
         try:
