@@ -34,6 +34,8 @@ from freeseg.planners import (
     with_fallback,
 )
 from freeseg.random_worlds import random_query, random_world
+from freeseg.react import ReactiveRun, react
+from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
 from freeseg.reference import Reference, make_reference, tracking_error
 from freeseg.robot import KheperaIV, Robot
 from freeseg.scene import Mover, Scene
@@ -71,6 +73,7 @@ __all__ = [
     "Arc",
     "Disc",
     "Disturbance",
+    "DynamicWindow",
     "Explorer",
     "FeedbackLinearisation",
     "FreesegError",
@@ -92,8 +95,10 @@ __all__ = [
     "Plan",
     "Planner",
     "Polygon",
+    "PotentialField",
     "Predicting",
     "PurePursuit",
+    "ReactiveRun",
     "Reference",
     "Robot",
     "Run",
@@ -104,6 +109,7 @@ __all__ = [
     "SuperTwisting",
     "Tracker",
     "Trapped",
+    "VectorFieldHistogram",
     "World",
     "display",
     "drive",
@@ -121,6 +127,7 @@ __all__ = [
     "plotting",
     "random_query",
     "random_world",
+    "react",
     "shortest_path",
     "simulate",
     "studies",

@@ -124,14 +124,17 @@ def pair(name: str, value: Any, valid: Callable[[float], bool], remedy: str) -> 
     return first, second
 
 
-def whole(name: str, value: Any, least: int = 0, remedy: str | None = None) -> int:
-    """`value` as an int; `InvalidParameter` unless whole and at least `least`."""
+def whole(
+    name: str, value: Any, least: int = 0, remedy: str | None = None, most: float = math.inf
+) -> int:
+    """`value` as an int; `InvalidParameter` unless whole, and from `least` to `most`."""
     try:
         found = operator.index(value)
     except TypeError:
         found = least - 1
-    if found < least or isinstance(value, bool | np.bool_):
-        remedy = remedy or f"a whole number from {least} on"
+    if not least <= found <= most or isinstance(value, bool | np.bool_):
+        upper = "on" if most == math.inf else f"to {most:g}"
+        remedy = remedy or f"a whole number from {least} {upper}"
         raise InvalidParameter(f"{name} is {shown(value)}; give {remedy}")
     return found
 

@@ -1,6 +1,7 @@
 """The errors that freeseg raises; each message names the value and the remedy."""
 
 from collections import abc
+from typing import Any
 
 
 class FreesegError(Exception):
@@ -28,17 +29,20 @@ class NoPath(FreesegError):
 
 
 class Trapped(FreesegError):
-    """A planner that proves nothing found no safe path.
+    """A planner that proves nothing found no safe path, or a reactive law did not arrive.
 
     Attributes
     ----------
     steps : tuple of Step
-        What it tried.
+        What the planner tried.
+    run : ReactiveRun or None
+        What the robot drove by the law.
     """
 
-    def __init__(self, message: str, steps: abc.Iterable = ()):
+    def __init__(self, message: str, steps: abc.Iterable = (), run: Any = None):
         super().__init__(message)
         self.steps = tuple(steps)
+        self.run = run
 
 
 class SolverFailed(FreesegError):

@@ -23,6 +23,7 @@ from freeseg.studies import (
     courses,
     orders,
     planning,
+    reacting,
     rivals,
     runner,
     sizes,
@@ -48,6 +49,10 @@ STRAIGHT_RUN = fs.simulate(fs.SlidingMode(), STRAIGHT)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 ORDER = statistics.order([statistics.Difference("one", "other", -2, -3, -1)])
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
+#: A drive of few steps.
+NEAR = {"scene": WORLD, "start": (0, 0), "goal": (0.02, 0.0)}
+REACTIVE_RUN = fs.react(fs.PotentialField(), **NEAR)
+TASK = reacting.Task(WORLD, np.zeros(2), np.array([0.02, 0.0]), 0.02)
 ROBOT = fs.KheperaIV()
 ORDERS = orders.compare_orders(["13a"])
 RIVALS = {rivals.EXACT: fs.shortest_path}
@@ -294,6 +299,51 @@ CALLS = {
             "disturbance": None,
             "seed": 0,
         },
+    ),
+    "react": (
+        fs.react,
+        {
+            "reactive": fs.PotentialField(),
+            **NEAR,
+            "robot": None,
+            "dt": 0.05,
+            "disturbance": None,
+            "seed": 0,
+            "tolerance": 0.01,
+            "patience": 0.5,
+            "limit": 1.0,
+        },
+    ),
+    "ReactiveRun": (
+        fs.ReactiveRun,
+        {
+            field.name: getattr(REACTIVE_RUN, field.name)
+            for field in dataclasses.fields(fs.ReactiveRun)
+        },
+    ),
+    "random_tasks": (
+        reacting.random_tasks,
+        {"count": 1, "seed": 0, "n": 8, "shapes": ("disc",), "area": 0.1},
+    ),
+    "attempt": (
+        partial(reacting.attempt, patience=0.5),
+        {"law": fs.PotentialField(), "task": TASK, "disturbance": None, "seed": 0},
+    ),
+    "score": (reacting.score, {"law": fs.PotentialField(), "tasks": [TASK]}),
+    "search": (
+        reacting.search,
+        {
+            "cost": lambda gains: gains["gain"],
+            "ranges": {"gain": (1, 10)},
+            "first": {"gain": 2},
+            "seed": 0,
+            "budget": 5,
+            "population": 5,
+        },
+    ),
+    "tune a reactive law": (
+        partial(reacting.tune, seed=0),
+        {"name": "PotentialField", "tasks": [TASK], "budget": 16},
     ),
     "Run": (
         fs.Run,
@@ -732,6 +782,11 @@ for tracker in TRACKERS:
     CALLS[tracker.__name__] = tracker, good
     run = {"reference": REFERENCE, "robot": ROBOT, "dt": 0.05}
     CALLS[f"{tracker.__name__}.start"] = tracker().start, run
+for reactive in (getattr(fs, name) for name in fs.reactive.__all__):
+    good = {field.name: field.default for field in dataclasses.fields(reactive)}
+    CALLS[reactive.__name__] = reactive, good
+    drive = {"scene": WORLD, "goal": (0.02, 0.0), "robot": ROBOT, "dt": 0.05}
+    CALLS[f"{reactive.__name__}.start"] = reactive().start, drive
 PREDICTING = {"tracker": fs.SlidingMode(), "delay": 0.05, "lag": 0.03}
 CALLS["Predicting"] = fs.Predicting, PREDICTING
 CALLS["Predicting.start"] = fs.Predicting(**PREDICTING).start, run
@@ -742,6 +797,7 @@ CALLED = {
     ("drive", "law"),
     ("run", "function"),
     ("plot_potential", "potential"),
+    ("search", "cost"),
     ("linearised", "statistic"),
     ("plot_bode", "loop"),
     ("plot_nyquist", "loop"),
@@ -832,7 +888,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (orders, rivals, tuning)
+    modules += (orders, reacting, rivals, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

@@ -133,6 +133,14 @@ def test_tracker_steps(capsys):
     assert {"SlidingMode", "Mpc"} < {row[0] for row in rows}
 
 
+def test_reactive(capsys):
+    load("reactive").main((8,), 20)
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [row[2] for row in rows] == ["PotentialField", "VectorFieldHistogram", "DynamicWindow"]
+    for row in rows:
+        assert 0 < float(row[4]) <= float(row[7])
+
+
 def test_runner(capsys, tmp_path):
     script = load("runner")
     page = tmp_path / "page.md"

@@ -2,7 +2,7 @@
 
 `planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
 what each set of obstacle sizes would conclude; `courses`, `tracking`, `tuning` and `comparing`
-compare trackers;
+compare trackers, `reacting` reactive laws;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
@@ -12,6 +12,7 @@ from freeseg.studies import (
     courses,
     orders,
     planning,
+    reacting,
     rivals,
     runner,
     sizes,
@@ -29,6 +30,7 @@ __all__ = [
     "load",
     "orders",
     "planning",
+    "reacting",
     "replay",
     "rivals",
     "run",

@@ -13,7 +13,7 @@ import numpy as np
 
 from freeseg import checks, trackers
 from freeseg.data import DATA, read_csv
-from freeseg.errors import InvalidData, SolverFailed
+from freeseg.errors import InvalidData, InvalidParameter, SolverFailed
 from freeseg.studies.courses import random_courses, spread_offsets
 from freeseg.studies.tracking import (
     COLLISION,
@@ -163,8 +163,10 @@ def make_tracker(name: str, form: str, gains: Mapping[str, float], times: float 
     """
     checks.instance("gains", gains, Mapping, "a dict of name to value")  # type: ignore[type-abstract]
     times = checks.not_negative("times", times)
-    missing = set(ranges(name, form)) ^ set(gains)
-    checks.choice("gains", "complete" if not missing else sorted(missing), ("complete",))
+    if set(gains) != set(ranges(name, form)):
+        raise InvalidParameter(
+            f"gains is {checks.shown(gains)}; give {', '.join(ranges(name, form))}"
+        )
     told = {"delay": times * DISTURBANCE.delay, "lag": times * DISTURBANCE.lag}
     kind = getattr(trackers, name)
     if name == "Mpc":
@@ -200,7 +202,10 @@ def training_numbers(
     """
     under = REGIMES[checks.choice("regime", regime, REGIMES)]
     checks.instance("gains", gains, Mapping, "a dict of name to values")  # type: ignore[type-abstract]
-    checks.choice("gains", sorted(gains), (sorted(ranges(name, form)),))
+    if set(gains) != set(ranges(name, form)):
+        raise InvalidParameter(
+            f"gains is {checks.shown(gains)}; give values for {', '.join(ranges(name, form))}"
+        )
     gains = {gain: checks.array("gains", gains[gain], (None,)) for gain in ranges(name, form)}
     seed = FIRST_SEED + SEEDS_APART * checks.whole("replicate", replicate)
     courses = random_courses(TRAINING["courses"], seed, under.speed, under.room)

@@ -1,0 +1,237 @@
+"""Driving by reactive laws: arrivals, published failures, collisions, and their study."""
+
+import numpy as np
+import pytest
+import shapely
+from numpy.testing import assert_allclose
+
+import freeseg as fs
+from freeseg.react import CHECK_STEP, arc_points
+from freeseg.studies import reacting
+
+LAWS = [fs.PotentialField(), fs.VectorFieldHistogram(), fs.DynamicWindow()]
+NAMES = [type(law).__name__ for law in LAWS]
+DISC = fs.World([fs.Disc((0.5, 0.03), 0.05)])
+
+
+def cup(depth=0.4, half=0.25, wall=0.03):
+    """A U that opens towards the start, with the goal behind its bottom."""
+    outer = [(0.9 - depth, -half), (0.9, -half), (0.9, half), (0.9 - depth, half)]
+    inner = [
+        (0.9 - depth, half - wall),
+        (0.9 - wall, half - wall),
+        (0.9 - wall, wall - half),
+        (0.9 - depth, wall - half),
+    ]
+    return fs.World([fs.Polygon(outer + inner)])
+
+
+@pytest.mark.parametrize("law", LAWS, ids=NAMES)
+def test_every_law_drives_past_a_disc(law):
+    run = fs.react(law, DISC, (0, 0), (1, 0))
+    assert isinstance(run, fs.Run)
+    assert run.collision is None
+    assert run.clearance > run.robot.radius
+    assert np.hypot(*(run.pose[:2, -1] - (1, 0))) < 0.01
+    # On the side on which there is more room, and hardly longer than it must be.
+    assert run.pose[1].min() < -0.03
+    driven = np.hypot(*np.diff(run.pose[:2])).sum()
+    assert driven < 1.15 * fs.shortest_path(DISC, (0, 0), (1, 0)).path.length
+    limits = run.robot.max_wheel_speed, run.robot.max_wheel_acceleration * 0.05
+    assert np.abs(run.wheels).max() <= limits[0]
+    assert np.abs(np.diff(run.wheels[:, :-1], prepend=0)).max() <= limits[1] * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=NAMES)
+def test_a_dead_end_traps_every_law(law):
+    world = cup()
+    assert fs.shortest_path(world, (0, 0.01), (1.1, 0)).path.length < 2
+    with pytest.raises(fs.Trapped, match=type(law).__name__) as caught:
+        fs.react(law, world, (0, 0.01), (1.1, 0), patience=5)
+    run = caught.value.run
+    # It never comes round the cup; it stands, or comes and goes. The track says for how long.
+    assert run.collision is None
+    assert run.pose[0].max() < 0.9
+    left = np.hypot(*(run.pose[:2] - np.array([[1.1], [0]])))
+    assert left[-1 - int(5 / 0.05) :].min() > left.min() - 0.01
+    assert caught.value.steps == ()
+
+
+def test_a_fast_robot_with_weak_brakes_sees_as_far_as_it_must():
+    weak = fs.Robot(0.1054, 0.1408, 0.021, 47.61, 6)
+    wall = fs.World([fs.Polygon([(1, -1), (1.1, -1), (1.1, 1), (1, 1)])])
+    law = fs.DynamicWindow(speed=0.4)
+    with pytest.raises(fs.Trapped) as caught:
+        fs.react(law, wall, (0, 0), (1.5, 0), weak, patience=5)
+    run = caught.value.run
+    fastest = run.wheels.max()
+    assert fastest**2 / (2 * weak.max_wheel_acceleration) > law.reach
+    assert run.collision is None
+
+
+class Blind:
+    """Drive straight to the goal."""
+
+    def start(self, scene, goal, robot, dt):
+        return lambda t, pose: (0.2, 0.0)
+
+
+def test_a_collision_is_found_whatever_the_law_says():
+    run = fs.react(Blind(), DISC, (0, 0), (1, 0))
+    assert run.clearance == pytest.approx(0.03 - 0.05, abs=1e-5)
+    # The body meets the disc where its centre is as far from that of the disc as both radii.
+    meets = 0.5 - np.sqrt((0.05 + run.robot.radius) ** 2 - 0.03**2)
+    at = np.interp(run.collision, run.t, run.pose[0])
+    assert meets <= at <= meets + CHECK_STEP
+    assert "collision at" in repr(run)
+    # The disc is too small and too near to be met at any of the times themselves.
+    step = run.pose[0, 40], run.pose[0, 41]
+    tiny = fs.World([fs.Disc((np.mean(step), run.robot.radius + 1e-5), 1.5e-5)])
+    again = fs.react(Blind(), tiny, (0, 0), (1, 0))
+    assert again.collision is not None
+    assert tiny.distances(shapely.points(again.pose[:2].T)[:, None]).min() > run.robot.radius
+
+
+def test_points_of_arcs_are_those_that_the_robot_drives_through():
+    rng = np.random.default_rng(0)
+    commands = rng.uniform(-0.3, 0.3, 30), rng.uniform(-8, 8, 30)
+    run = fs.drive(lambda t, pose: [c[round(t / 0.05)] for c in commands], (1, 2, 3), 0.05, 30)
+    points, t = arc_points(run)
+    assert np.hypot(*np.diff(points, axis=0).T).max() <= CHECK_STEP * (1 + 1e-9)
+    for place in range(0, len(t), 7):
+        step = min(int(np.searchsorted(run.t, t[place], "right")) - 1, 29)
+        moved = run.robot.move(run.pose[:, step], run.wheels[:, step], t[place] - run.t[step])
+        assert_allclose(points[place], moved[:2], atol=1e-12)
+
+
+def test_a_law_that_stands_or_creeps_is_trapped():
+    class Still(Blind):
+        def start(self, scene, goal, robot, dt):
+            return lambda t, pose: (0.0, 0.0)
+
+    with pytest.raises(fs.Trapped) as caught:
+        fs.react(Still(), DISC, (0, 0), (1, 0), patience=2)
+    assert caught.value.run.t[-1] == pytest.approx(2)
+    with pytest.raises(fs.Trapped) as caught:
+        fs.react(Blind(), DISC, (0, 0), (1, 0), limit=1)
+    assert caught.value.run.t[-1] == pytest.approx(1)
+    # Who has passed the goal comes no nearer.
+    with pytest.raises(fs.Trapped):
+        fs.react(Blind(), DISC, (0, 0, 0), (1, 0.02), patience=1)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=NAMES)
+def test_noise_and_lag_are_those_of_the_trackers(law):
+    disturbance = fs.Disturbance(
+        position_noise=0.001, heading_noise=0.01, slip=0.05, lag=0.05, delay=0.05
+    )
+    run = fs.react(law, DISC, (0, 0), (1, 0), disturbance=disturbance, seed=3)
+    again = fs.react(law, DISC, (0, 0), (1, 0), disturbance=disturbance, seed=3)
+    assert (run.pose == again.pose).all()
+    assert run.collision is None
+    noise = run.measured - run.pose
+    assert 0.0008 < noise[:2].std() < 0.0012
+    other = fs.react(law, DISC, (0, 0), (1, 0), disturbance=disturbance, seed=4)
+    assert run.pose.shape != other.pose.shape or (run.pose != other.pose).any()
+
+
+class Crossing:
+    """A scene: the disc comes from below, and is out of the way in the end."""
+
+    def at(self, t):
+        return fs.World([fs.Disc((0.5, 0.15 * t - 0.7), 0.05)])
+
+    def distances(self, points, t):
+        return np.hypot(points[:, 0] - 0.5, points[:, 1] + 0.7 - 0.15 * t)[:, None] - 0.05
+
+
+@pytest.mark.parametrize("law", LAWS, ids=NAMES)
+def test_what_moves_is_seen_where_it_is(law):
+    blind = fs.react(Blind(), Crossing(), (0.0, 0), (1, 0))
+    assert blind.collision is None
+    run = fs.react(law, Crossing(), (0, 0), (1, 0))
+    still = fs.react(law, fs.World([]), (0, 0), (1, 0))
+    assert run.pose.shape != still.pose.shape
+    assert run.clearance > 0
+
+
+def test_questions_that_make_no_sense_are_refused():
+    law, ends = fs.PotentialField(), ((0, 0), (1, 0))
+    with pytest.raises(fs.InvalidParameter, match="reactive is"):
+        fs.react(fs.SlidingMode(), DISC, *ends)
+    with pytest.raises(fs.InvalidParameter, match="reactive is"):
+        fs.react(fs.PotentialField, DISC, *ends)
+    with pytest.raises(fs.InvalidQuery, match="start"):
+        fs.react(law, DISC, (0.5, 0), (1, 0))
+    with pytest.raises(fs.InvalidQuery, match="goal"):
+        fs.react(law, DISC, (0, 0), (0.5, 0.1))
+    with pytest.raises(fs.InvalidQuery, match="scene"):
+        fs.react(law, [DISC], *ends)
+    for name in ("tolerance", "patience", "limit", "dt"):
+        with pytest.raises(fs.InvalidParameter, match=name):
+            fs.react(law, DISC, *ends, **{name: 0})
+    with pytest.raises(fs.InvalidParameter, match="limit"):
+        fs.react(law, DISC, *ends, limit=1e9)
+
+
+# The study.
+
+
+def test_tasks_can_be_done_and_are_the_same_again():
+    tasks = reacting.random_tasks(3, 5)
+    again = reacting.random_tasks(3, 5)
+    for task, other in zip(tasks, again, strict=True):
+        assert task.shortest >= reacting.WORTH
+        best = fs.shortest_path(task.world, task.start, task.goal).path.length
+        assert task.shortest == best == other.shortest
+    with pytest.raises(fs.InvalidParameter, match="n is 0"):
+        reacting.random_tasks(1, 0, n=0)
+
+
+def test_a_failure_counts_as_such():
+    world = fs.World([])
+    straight = reacting.Task(world, np.zeros(2), np.array([0.5, 0.0]), 0.5)
+    blocked = reacting.Task(DISC, np.zeros(2), np.array([1.0, 0.0]), 1.0)
+    assert reacting.score(Blind(), [straight]) == pytest.approx(1, abs=0.03)
+    assert reacting.score(Blind(), [blocked]) == reacting.FAILED
+    assert reacting.score(Blind(), [straight, blocked]) == pytest.approx(2, abs=0.02)
+    _, arrived = reacting.attempt(Blind(), blocked)
+    assert not arrived
+    with pytest.raises(fs.InvalidParameter, match="tasks is"):
+        reacting.score(Blind(), [])
+
+
+def test_the_search_finds_the_least_cost():
+    ranges = {"one": (0.01, 100), "other": (0.1, 10)}
+
+    def cost(gains):
+        return np.log10(gains["one"] / 2) ** 2 + np.log10(gains["other"] * 3) ** 2
+
+    first = {"one": 50, "other": 5}
+    gains, least = reacting.search(cost, ranges, first, 0, 480)
+    assert least == pytest.approx(cost(gains))
+    assert least < 1e-3 < cost(first)
+    assert reacting.search(cost, ranges, first, 0, 480) == (gains, least)
+    with pytest.raises(fs.InvalidParameter, match="first one"):
+        reacting.search(cost, ranges, {"one": 1000, "other": 1}, 0, 16)
+    with pytest.raises(fs.InvalidParameter, match="budget"):
+        reacting.search(cost, ranges, first, 0, 20)
+
+
+def test_the_defaults_are_within_the_ranges_of_the_search():
+    for name, ranges in reacting.GAIN_RANGES.items():
+        law = getattr(fs, name)()
+        for gain, (low, high) in ranges.items():
+            assert low <= getattr(law, gain) <= high, (name, gain)
+
+
+def test_a_search_of_gains_is_never_worse_than_the_defaults(monkeypatch):
+    tasks = (reacting.Task(DISC, np.zeros(2), np.array([1.0, 0.0]), 1.0),)
+    tried = []
+    score = reacting.score
+    monkeypatch.setattr(reacting, "score", lambda law, t: tried.append(law) or score(law, t))
+    gains, found = reacting.tune("PotentialField", tasks, 0, 16)
+    # The defaults are the first that is tried, thresholds in the wrong order cost no run.
+    assert tried[0] == fs.PotentialField()
+    assert len(tried) == 16
+    assert found == score(fs.PotentialField(**gains), tasks) <= score(fs.PotentialField(), tasks)
