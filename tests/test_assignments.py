@@ -561,7 +561,8 @@ def defined(source):
         # Defaults are numbers of the lesson, of which a set has none.
         one.args.defaults = [ast.Constant(None) for _ in one.args.defaults]
     names = {"np": np, "fs": fs}
-    exec(compile(ast.Module(body, []), "a lesson", "exec"), names)
+    module = ast.fix_missing_locations(ast.Module(body, []))
+    exec(compile(module, "a lesson", "exec"), names)
     return {one.name: names[one.name] for one in body}
 
 
