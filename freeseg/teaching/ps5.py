@@ -14,7 +14,7 @@ __all__ = ["compare", "many", "needed", "stop"]
 LEVEL = 0.95
 #: Studies of a test, the share of them that may be wrong (by chance, one right answer in ten
 #: thousand is beyond it), and how wide intervals are at least, relative to Student's.
-STUDIES, WRONG, NARROW = 300, 0.1, 0.9
+STUDIES, WRONG, NARROWEST = 300, 0.1, 0.9
 #: Comparisons run by run: how many, how long, and how many may be wrong, chance included.
 SERIES, LONGEST_SERIES, WRONG_SERIES = 60, 50, 8
 
@@ -45,7 +45,7 @@ def compare(ask: Ask, rng: np.random.Generator) -> None:
         f"your intervals are {wide:.1f} times as wide as they need be: both trackers drove the "
         "same courses, so what is common to a pair tells nothing of their difference"
     )
-    honest = share > 1 - WRONG and wide > NARROW
+    honest = share > 1 - WRONG and wide > NARROWEST
     assert honest, (
         f"your intervals of {100 * LEVEL:.0f} % cover the difference in {100 * share:.0f} % of "
         f"{STUDIES} studies of 6 to 12 runs; is the spread that of n - 1, and the factor that of "
