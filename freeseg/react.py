@@ -5,18 +5,18 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.disturbance import Disturbance
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.planners.query import check_free
-from freeseg.reactive.sensing import Reactive, worlds_of
+from freeseg.reactive.sensing import Reactive
 from freeseg.reference import MOST_STEPS
 from freeseg.robot import Robot, as_robot
+from freeseg.scene import check_scene
 from freeseg.simulate import Run, drive
-from freeseg.world import World, as_points, as_position, round_off
+from freeseg.world import as_points, as_position, round_off
 
 #: Largest distance (m) between the points of a run at which its clearance is measured.
 CHECK_STEP = 0.001
@@ -126,11 +126,11 @@ def react(
         raise InvalidParameter(f"limit is {limit:g} s; give less, for {MOST_STEPS:g} steps")
     goal = as_position(goal, "goal")
     pose = _first_pose(start, goal)
-    check_free("start", pose[:2], worlds_of(scene)(0.0), robot, 0.0)
+    check_free("start", pose[:2], check_scene(scene).at(0.0), robot, 0.0)
     law = _start(reactive, scene, goal, robot, dt)
     stop = _end(goal, float(np.hypot(*(goal - pose[:2]))), tolerance, patience)
     run = drive(law, pose, dt, ceil(limit / dt - 1e-9), robot, disturbance, seed, stop)
-    run = _checked(run, scene)
+    run = _checked(run, check_scene(scene))
     left = float(np.hypot(*(goal - run.pose[:2, -1])))
     if left < tolerance:
         return run
@@ -180,11 +180,7 @@ def _end(goal, first, tolerance, patience):
 def _checked(run, scene):
     """The run with its clearance and its first collision."""
     points, t = arc_points(run)
-    if isinstance(scene, World):
-        apart = scene.distances(shapely.points(points)[:, None])
-    else:
-        apart = scene.distances(points, t)
-    apart = apart.min(-1, initial=np.inf)
+    apart = scene.distances(points, t).min(-1, initial=np.inf)
     met = np.flatnonzero(apart < run.robot.radius - round_off(points))
     values = {field.name: getattr(run, field.name) for field in fields(Run)}
     collision = float(t[met[0]]) if len(met) else None

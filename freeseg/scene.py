@@ -199,6 +199,8 @@ class Scene:
             a boundary.
         """
         checks.not_negative("t", t)
+        if not self.movers:
+            return self.world
         return World([*self.world, *(mover.at(t) for mover in self.movers)])
 
     def distances(self, points: ArrayLike, t: ArrayLike) -> np.ndarray:
@@ -231,10 +233,7 @@ class Scene:
         given, times = np.broadcast_to(given, (*shape, 2)), np.broadcast_to(times, shape)
         found = np.empty((*shape, len(self)))
         static = len(self.world)
-        found[..., :static] = (
-            shapely.distance(self.world.cores, shapely.points(given[..., None, :]))
-            - self.world.radii
-        )
+        found[..., :static] = self.world.distances(shapely.points(given[..., None, :]))
         steady = self._steady
         if steady is not None:
             center, velocity, radius, growth = steady

@@ -135,21 +135,15 @@ def test_noise_and_lag_are_those_of_the_trackers(law):
     assert run.pose.shape != other.pose.shape or (run.pose != other.pose).any()
 
 
-class Crossing:
-    """A scene: the disc comes from below, and is out of the way in the end."""
-
-    def at(self, t):
-        return fs.World([fs.Disc((0.5, 0.15 * t - 0.7), 0.05)])
-
-    def distances(self, points, t):
-        return np.hypot(points[:, 0] - 0.5, points[:, 1] + 0.7 - 0.15 * t)[:, None] - 0.05
+#: The disc comes from below, and is out of the way in the end.
+CROSSING = fs.Scene(fs.World([]), [fs.Mover(fs.Disc((0.5, -0.7), 0.05), velocity=(0, 0.15))])
 
 
 @pytest.mark.parametrize("law", LAWS, ids=NAMES)
 def test_what_moves_is_seen_where_it_is(law):
-    blind = fs.react(Blind(), Crossing(), (0.0, 0), (1, 0))
+    blind = fs.react(Blind(), CROSSING, (0.0, 0), (1, 0))
     assert blind.collision is None
-    run = fs.react(law, Crossing(), (0, 0), (1, 0))
+    run = fs.react(law, CROSSING, (0, 0), (1, 0))
     still = fs.react(law, fs.World([]), (0, 0), (1, 0))
     assert run.pose.shape != still.pose.shape
     assert run.clearance > 0

@@ -11,7 +11,7 @@ from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.plan import check_plan
 from freeseg.plotting.axes import PALETTE, check_axes, check_color, count_in_mm, new_axes
-from freeseg.plotting.runs import check_run, plot_wheels
+from freeseg.plotting.runs import check_run, check_tracked, plot_wheels
 from freeseg.reference import Reference
 from freeseg.robot import as_robot, wheel_speeds
 
@@ -137,8 +137,7 @@ def plot_pull(run, axes=None, most=0.02, wheels=0.4):
     -------
     tuple of 2 matplotlib Axes
     """
-    if check_run(run).error is None:
-        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
+    check_tracked(run)
     most, wheels = checks.positive("most", most), checks.positive("wheels", wheels)
     above, below = _axes(axes, 2, (6.4, 4.4))
     above.axhline(0, color="0.6", lw=0.8)
@@ -206,8 +205,7 @@ def plot_on_axes(run, limits, wheels, axes=None, length="mm", angle="rad", until
     -------
     tuple of 4 matplotlib Axes
     """
-    if check_run(run).error is None:
-        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
+    check_tracked(run)
     limits = checks.array("limits", limits, (3,), unit="of the errors")
     limits = [checks.positive("limits", limit) for limit in limits]
     wheels = checks.positive("wheels", wheels)

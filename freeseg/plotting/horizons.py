@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes, new_axes
-from freeseg.plotting.runs import check_run, draw_tracked
+from freeseg.plotting.runs import check_run, check_tracked, draw_tracked
 from freeseg.plotting.sketches import arrow, write
 from freeseg.plotting.worlds import plot_path, plot_world
 from freeseg.reference import Reference
@@ -269,11 +269,9 @@ def plot_keep_out(world, run, ax=None):
     -------
     matplotlib Axes
     """
-    check_run(run)
+    check_tracked(run)
     discs = check_world(world).obstacles
     checks.instances("world", discs, Disc, "a World of discs")
-    if run.reference is None:
-        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
     ax = plot_world(world, map_axes(ax))
     for disc in discs:
         radius = disc.radius + run.robot.radius

@@ -36,6 +36,13 @@ def check_run(run, plan=None):
     return run
 
 
+def check_tracked(run):
+    """A run of one robot that followed a reference; or `InvalidParameter`."""
+    if check_run(run).reference is None:
+        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
+    return run
+
+
 def draw_tracked(x, y, ax):
     """A tracked path, cased in white, so that it stands out from the planned one below it."""
     casing = withStroke(linewidth=2 * TRACKED_WIDTH, foreground="white")
@@ -107,8 +114,7 @@ def plot_errors(run, axes=None):
     -------
     array of 3 matplotlib Axes
     """
-    if check_run(run).error is None:
-        raise InvalidParameter(f"run is a {run!r} without a reference; simulate one with it")
+    check_tracked(run)
     if axes is None:
         _, axes = plt.subplots(3, 1, figsize=(6.4, 5), sharex=True, layout="constrained")
     x_axes, y_axes, heading_axes = _three_axes(axes)

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.errors import FreesegError, InvalidQuery
 from freeseg.geometry import TINY, cross, point_segment_distance, unit
 from freeseg.planners.query import check_free
 from freeseg.robot import Robot, as_robot
+from freeseg.scene import Scene, check_scene
 from freeseg.trackers.feedback import Law
 from freeseg.world import World, as_position
 
@@ -48,32 +48,13 @@ class Outlines(NamedTuple):
 class Reactive(Protocol):
     """Gains, from which a law starts that sees obstacles and needs no path."""
 
-    def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float, /) -> Law:
+    def start(self, scene: World | Scene, goal: ArrayLike, robot: Robot, dt: float, /) -> Law:
         """The law for one drive, see `PotentialField.start`."""
 
 
-def worlds_of(scene: Any) -> Callable[[float], World]:
-    """``at(t)``: all obstacles where they are at a time (s).
-
-    Raises
-    ------
-    InvalidQuery
-        For what is neither a `World` nor has such an ``at``, as a `Scene` has.
-    """
-    if isinstance(scene, World):
-        return lambda t: scene
-    try:
-        at = scene.at
-        if isinstance(at(0.0), World):
-            return at
-    except (AttributeError, TypeError, FreesegError):
-        pass
-    raise InvalidQuery(f"scene is {checks.shown(scene)}; give a World or a Scene")
-
-
-def outlines_of(scene: Any) -> Callable[[float], Outlines]:
+def outlines_of(scene: World | Scene) -> Callable[[float], Outlines]:
     """``at(t)``: the obstacles' outlines at a time (s)."""
-    at = worlds_of(scene)
+    scene = check_scene(scene)
 
     # A world that stands still is the same at all times.
     @lru_cache(maxsize=1)
@@ -81,11 +62,11 @@ def outlines_of(scene: Any) -> Callable[[float], Outlines]:
         radii = np.repeat(world.radii, world.edge_counts)
         return Outlines(world.edges, radii, world.first_edge)
 
-    return lambda t: outlines(at(t))
+    return lambda t: outlines(scene.at(t))
 
 
 def check_drive(
-    scene: Any, goal: ArrayLike, robot: Robot | None, dt: float
+    scene: World | Scene, goal: ArrayLike, robot: Robot | None, dt: float
 ) -> tuple[np.ndarray, Robot]:
     """The goal (m) and the robot of a drive, checked.
 
@@ -97,9 +78,9 @@ def check_drive(
     InvalidParameter
         For what is no robot, or a time step that is not positive.
     """
-    at, robot, goal = worlds_of(scene), as_robot(robot), as_position(goal, "goal")
+    scene, robot, goal = check_scene(scene), as_robot(robot), as_position(goal, "goal")
     checks.positive("dt", dt)
-    check_free("goal", goal, at(0.0), robot, 0.0)
+    check_free("goal", goal, scene.at(0.0), robot, 0.0)
     return goal, robot
 
 
