@@ -652,7 +652,6 @@ CALLS = {
     "needed_variation": (courses.needed_variation, {"reference": REFERENCE}),
     "random_courses": (courses.random_courses, {"courses": 1, "seed": 0, "speed": 0.1}),
     "paper_courses": (courses.paper_courses, {"speed": 0.1}),
-    "held_out_courses": (courses.held_out_courses, {"speed": 0.1}),
     "spread_offsets": (courses.spread_offsets, {"robots": 3, "seed": 0}),
     "drive_course": (
         tracking.drive_course,
@@ -675,7 +674,6 @@ CALLS = {
         },
     ),
     # What is good for the rest would take minutes.
-    "held_out": (partial(tracking.held_out, fs.SlidingMode()), {"speed": 0.1}),
     "disturbed": (tracking.disturbed, {"times": 3}),
     "ranges": (tuning.ranges, {"name": "Pid", "form": "told"}),
     "make_tracker": (

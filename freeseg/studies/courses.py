@@ -34,9 +34,6 @@ OFFSET = 0.01, np.radians(10)
 #: Obstacles of a random world, and what makes a plan worth driving: turns and length (m).
 OBSTACLES, TURNS, LENGTH = 8, 2, 0.7
 
-#: How many courses, how many robots on each, and the first seed of their worlds and of the robots.
-HELD_OUT = {"courses": 12, "robots": 8, "seed": 1000}
-
 #: More of them would not fit into memory, or take days.
 MOST_COURSES, MOST_ROBOTS = 10_000, 1_000_000
 
@@ -174,11 +171,6 @@ def _paper_courses(speed: float) -> tuple[Course, ...]:
         make_course(case.name, load_table(case.table), case.start, case.goal, speed, plan)[0]
         for case in cases
     )
-
-
-def held_out_courses(speed: float = SPEED) -> tuple[Course, ...]:
-    """Courses that no search sees: random ones and the paper's, a tuple of Course."""
-    return random_courses(HELD_OUT["courses"], HELD_OUT["seed"], speed) + paper_courses(speed)
 
 
 def _how_many(name: str, value: int, most: int) -> int:

@@ -12,6 +12,7 @@ from freeseg.planners import shortest_path
 from freeseg.random_worlds import SPACIOUS, random_query, random_world
 from freeseg.react import ReactiveRun, react
 from freeseg.reactive.sensing import Reactive
+from freeseg.studies.searching import evolve, four_digits
 from freeseg.world import World
 
 #: What a run counts that does not arrive, or collides: so many times the shortest path.
@@ -193,7 +194,7 @@ def search(
     budget: int,
     population: int = 16,
 ) -> tuple[dict[str, float], float]:
-    """The best gains that a number of evaluations finds, by the method of `tuning.tune`.
+    """The best gains that a number of evaluations finds, see `searching.evolve`.
 
     Parameters
     ----------
@@ -229,8 +230,7 @@ def search(
     if budget % population:
         raise InvalidParameter(f"budget is {budget}; give a multiple of {population}")
     _check_ranges(ranges, first)
-    # Imported here: they take long, and only this function needs them.
-    from scipy.optimize import differential_evolution
+    # Imported here: it takes long, and only this function needs it.
     from scipy.stats import qmc
 
     bounds, rng = np.log10(list(ranges.values())), np.random.default_rng(seed)
@@ -239,18 +239,13 @@ def search(
     begin[0] = np.log10([first[name] for name in ranges])
 
     def gains_of(logarithms: np.ndarray) -> dict[str, float]:
-        values = np.clip(10**logarithms, 10**low, 10**high)
-        return {name: float(f"{value:.4g}") for name, value in zip(ranges, values, strict=True)}
+        values = np.clip(logarithms, low, high)
+        return {name: four_digits(value) for name, value in zip(ranges, values, strict=True)}
 
-    found = differential_evolution(
-        lambda logarithms: cost(gains_of(logarithms)),
-        bounds,
-        init=begin,
-        maxiter=budget // population - 1,
-        tol=0,
-        polish=False,
-        rng=rng,
-    )
+    def score_of(logarithms: np.ndarray) -> float:
+        return cost(gains_of(logarithms))
+
+    found = evolve(score_of, bounds, begin, budget // population, rng)
     return gains_of(found.x), float(found.fun)
 
 

@@ -16,7 +16,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import SPEED
 from freeseg.simulate import POSE_UNITS, Run, simulate
-from freeseg.studies.courses import DT, HELD_OUT, OFFSET, Course, held_out_courses, spread_offsets
+from freeseg.studies.courses import DT, OFFSET, Course
 from freeseg.studies.runner import run
 from freeseg.studies.store import COLUMNS
 
@@ -206,9 +206,3 @@ def _drive(
     row["hit"] = np.asarray(row["clearance_m"] < driven.robot.radius, dtype=float)
     row["score_m"] += COLLISION * row["hit"]
     return row
-
-
-def held_out(tracker: Any, speed: float = SPEED, jobs: int | None = 1) -> dict[str, np.ndarray]:
-    """Numbers on the courses that no search sees, see `evaluate`."""
-    offsets = spread_offsets(HELD_OUT["robots"], HELD_OUT["seed"])
-    return evaluate(tracker, held_out_courses(speed), offsets, HELD_OUT["seed"], jobs=jobs)

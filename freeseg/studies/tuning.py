@@ -5,6 +5,7 @@ All of the protocol is an assumption, for the paper compares no trackers.
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ from freeseg import checks, trackers
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidData, InvalidParameter, SolverFailed
 from freeseg.studies.courses import random_courses, spread_offsets
+from freeseg.studies.searching import evolve, four_digits
 from freeseg.studies.tracking import (
     COLLISION,
     DISTURBANCE,
@@ -290,10 +292,9 @@ def tune(
 
     Notes
     -----
-    Differential evolution of the logarithms of the gains, from a Latin
-    hypercube: R. Storn, K. Price, "Differential evolution", Journal of Global
-    Optimization 11, 1997. The half of the hypercube's points lie within a
-    factor of ten about the middles of the ranges, where the defaults are.
+    See `searching.evolve`. The first candidates are a Latin hypercube of the
+    logarithms: one half all over the ranges, the other within half a decade
+    about their middles, where the defaults are.
     """
     bounds = np.log10(list(ranges(name, form).values()))
     checks.choice("regime", regime, REGIMES)
@@ -301,11 +302,11 @@ def tune(
     rng = np.random.default_rng(checks.whole("replicate", replicate))
     seen: list[tuple[np.ndarray, ...]] = []
 
-    def numbers(logarithms):
+    def priced(price, logarithms):
         gains = _gains(name, form, logarithms)
         found = training_numbers(name, form, gains, regime, replicate)
         seen.append((logarithms, *found.values()))
-        return found
+        return _score(price, *found.values())
 
     tuned, population = {}, _first_population(name, form, rng)
     populations: dict[float, np.ndarray] = {}
@@ -313,20 +314,26 @@ def tune(
         nearest = min(populations, key=lambda one: abs(np.log(one / price)), default=None)
         first = population if nearest is None else populations[nearest]
         generations = GENERATIONS if nearest is None else FURTHER
-        populations[price] = _evolve(numbers, price, bounds, first, generations, rng)
+        score = partial(priced, price)
+        populations[price] = evolve(score, bounds, first, generations, rng, True).population
     logarithms, rms, rough, hit = (np.concatenate(one, -1) for one in zip(*seen, strict=True))
     for price in prices:
         # What was seen for another price may be better for this one.
-        scores = rms + price * rough + COLLISION * hit
+        scores = _score(price, rms, rough, hit)
         best = int(np.argmin(scores))
         gains = _gains(name, form, logarithms[:, best])
         tuned[price] = {one: float(value) for one, value in gains.items()}, float(scores[best])
     return [tuned[price] for price in prices]
 
 
+def _score(price, rms, rough, hit):
+    """What is to be small (m), from the numbers of `training_numbers`."""
+    return rms + price * rough + COLLISION * hit
+
+
 def _gains(name, form, logarithms):
     """Gains of four digits, from logarithms of shape (gains, ...)."""
-    rounded = [np.vectorize(lambda value: float(f"{10**value:.4g}"))(row) for row in logarithms]
+    rounded = [np.vectorize(four_digits)(row) for row in logarithms]
     return dict(zip(ranges(name, form), rounded, strict=True))
 
 
@@ -344,28 +351,6 @@ def _first_population(name, form, rng):
     first = np.concatenate([wide, close])
     first[-1] = middle
     return first
-
-
-def _evolve(numbers, price, bounds, first, generations, rng):
-    """Last candidates of a search for a price, shape (candidates, gains)."""
-    from scipy.optimize import differential_evolution
-
-    def scores(logarithms):
-        found = numbers(logarithms)
-        return found["position_rms_m"] + price * found["roughness_m_s2"] + COLLISION * found["hit"]
-
-    found = differential_evolution(
-        scores,
-        bounds,
-        init=first,
-        maxiter=generations - 1,
-        tol=0,
-        polish=False,
-        rng=rng,
-        vectorized=True,
-        updating="deferred",
-    )
-    return found.population
 
 
 def load_gains(
