@@ -97,8 +97,9 @@ def plot_intervals(intervals, margin=None, ax=None, colors=None):
             ax.plot([low, high], [place + shift] * 2, color=color, lw=2)
             label = kind if place == 0 else None
             ax.plot(mean, place + shift, "o", color=color, ms=5, label=label)
+    # Not inverted, which axes that share theirs would undo in turn.
     ax.set_yticks(range(len(names)), names)
-    ax.invert_yaxis()
+    ax.set_ylim(len(names) - 0.5, -0.5)
     ax.grid(axis="x", color="0.92")
     count_in_mm(ax.xaxis)
     if len(intervals) > 1:

@@ -362,7 +362,7 @@ def plot_gang_of_four(plant, controller, omega, axes=None, color=PALETTE["planne
             color=color,
             fontsize=8,
             textcoords="offset points",
-            ha="center",
+            ha={0: "left", len(gain) - 1: "right"}.get(int(top), "center"),
         )
         ax.set_title(title, fontsize=9)
         ax.set_xlim(omega[[0, -1]])
