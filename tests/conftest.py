@@ -1,6 +1,7 @@
 """Fixtures, and nbmake made to compare every notebook with what it prints now."""
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import nbformat
 import pytest
 from nbmake.nb_result import NotebookError, NotebookResult
@@ -42,3 +43,10 @@ def cases():
 @pytest.fixture(scope="session")
 def tables():
     return {number: fs.load_table(number) for number in range(1, 6)}
+
+
+@pytest.fixture
+def ax():
+    """New axes; all figures are closed after a test that draws."""
+    yield plt.figure().add_subplot()
+    plt.close("all")

@@ -37,11 +37,6 @@ def no_window_and_no_trace(monkeypatch):
     assert dict(mpl.rcParams) == before
 
 
-@pytest.fixture
-def ax():
-    return plt.figure().add_subplot()
-
-
 @pytest.fixture(scope="module")
 def world():
     """Three obstacles in the way of a line: two discs and a polygon, one danger segment."""

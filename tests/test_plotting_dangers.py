@@ -3,25 +3,13 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from drawn import texts
 from matplotlib.patches import Circle, PathPatch
 
 import freeseg as fs
 from freeseg.plotting import PALETTE, plot_free_space, plot_repairs, sketch_danger, sketch_loop
 
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
-@pytest.fixture
-def ax():
-    return plt.figure().add_subplot()
-
-
-def written(ax):
-    return [text.get_text() for text in ax.texts if text.get_text()]
+pytestmark = pytest.mark.usefixtures("ax")
 
 
 @pytest.mark.parametrize("distance", [-0.03, 0.0, 0.04, 0.1])
@@ -32,7 +20,7 @@ def test_sketch_danger_is_to_scale(robot, ax, distance):
     # The path runs along y = 0.
     assert obstacle.center[1] - obstacle.radius == pytest.approx(distance)
     assert body.center == (0, 0)
-    assert written(ax) == ["$R_r$", "$d$"]
+    assert texts(ax) == ["$R_r$", "$d$"]
 
 
 def test_sketch_danger_measures_to_an_endpoint(robot, ax):
@@ -43,7 +31,7 @@ def test_sketch_danger_measures_to_an_endpoint(robot, ax):
     assert np.hypot(*(point.get_xydata()[0] - obstacle.center)) == pytest.approx(obstacle.radius)
     # What the lesson says of it.
     assert height > robot.radius > 0.055
-    assert written(ax) == ["$R_r$", "$d_p$"]
+    assert texts(ax) == ["$R_r$", "$d_p$"]
 
 
 def test_sketch_danger_names_what_it_cannot_draw(robot):
@@ -53,7 +41,7 @@ def test_sketch_danger_names_what_it_cannot_draw(robot):
 
 def test_sketch_loop_is_fig_3(ax):
     assert sketch_loop(ax) is ax
-    text = "\n".join(written(ax))
+    text = "\n".join(texts(ax))
     for part in ("SP_i", "D_r+\\delta", "SD", "R_D", "danger\nproblem?", "yes", "no", "done"):
         assert part in text
 
@@ -67,7 +55,7 @@ def test_plot_repairs_draws_the_clearance_after_every_step(cases, robot, ax):
     np.testing.assert_allclose(curve.get_ydata(), clearances)
     (limit,) = (line for line in ax.lines if line.get_label() == "$R_r$")
     np.testing.assert_allclose(limit.get_ydata(), robot.radius)
-    assert written(ax) == ["case 1", "case 2"]
+    assert texts(ax) == ["case 1", "case 2"]
 
 
 def test_plot_repairs_is_of_one_robot(world_and_query):

@@ -18,16 +18,7 @@ from freeseg.plotting import (
     sketch_horizon,
 )
 
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
-@pytest.fixture
-def ax():
-    return plt.figure().add_subplot()
+pytestmark = pytest.mark.usefixtures("ax")
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,8 @@
 """Pictures of control loops: what is connected, where margins are, and turns that are counted."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from drawn import texts
 from matplotlib.patches import Circle, FancyBboxPatch
 from numpy.testing import assert_allclose
 
@@ -12,14 +12,7 @@ from freeseg.plotting import plot_block_diagram, plot_bode, plot_gang_of_four, p
 OMEGA = np.logspace(-2, 2, 2000)
 
 
-@pytest.fixture(autouse=True)
-def ax():
-    yield plt.figure().add_subplot()
-    plt.close("all")
-
-
-def texts(ax):
-    return [text.get_text() for text in ax.texts if text.get_text()]
+pytestmark = pytest.mark.usefixtures("ax")
 
 
 def late(s):

@@ -16,11 +16,6 @@ def no_figure_is_left():
     plt.close("all")
 
 
-@pytest.fixture
-def ax():
-    return plt.figure().add_subplot()
-
-
 def corners(patch, ax):
     """Corners or rim of a patch, where it lies on the map (m)."""
     return (patch.get_transform() - ax.transData).transform(patch.get_path().vertices)

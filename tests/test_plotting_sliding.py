@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from drawn import texts
 from matplotlib.collections import PathCollection
 from numpy.testing import assert_allclose
 
@@ -16,15 +17,7 @@ from freeseg.plotting import (
     sketch_surface,
 )
 
-
-@pytest.fixture(autouse=True)
-def ax():
-    yield plt.figure().add_subplot()
-    plt.close("all")
-
-
-def texts(ax):
-    return [text.get_text() for text in ax.texts if text.get_text()]
+pytestmark = pytest.mark.usefixtures("ax")
 
 
 def test_the_error_is_measured_along_the_robots_axes(ax):

@@ -1,9 +1,9 @@
 """Sketches of segments, detours, tangents and dangerous circles: drawn to scale, and named."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import shapely
+from drawn import texts
 from matplotlib.patches import Circle, Ellipse
 from numpy.testing import assert_allclose
 
@@ -16,15 +16,7 @@ from freeseg.plotting import (
     sketch_tangent,
 )
 
-
-@pytest.fixture(autouse=True)
-def ax():
-    yield plt.figure().add_subplot()
-    plt.close("all")
-
-
-def texts(ax):
-    return [text.get_text() for text in ax.texts if text.get_text()]
+pytestmark = pytest.mark.usefixtures("ax")
 
 
 def circles(ax):
