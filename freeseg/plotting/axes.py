@@ -26,6 +26,9 @@ PALETTE = {
     "error": "#333333",
 }
 
+#: How many, in words.
+COUNTS = {2: "two", 3: "three", 4: "four"}
+
 
 def count_in_mm(*axes):
     """Let axes in metres have ticks in mm.
@@ -121,6 +124,19 @@ def new_axes(ax, size):
     if ax is None:
         _, ax = plt.subplots(figsize=size, layout="constrained")
     return check_axes(ax)
+
+
+def several_axes(axes, rows, columns, size):
+    """`axes`, an array or a sequence of so many, as a list; those of a new figure where None."""
+    if axes is None:
+        _, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", sharex=True)
+    count = rows * columns
+    remedy = f"{COUNTS.get(count, count)} Axes, such as those of fig, axes = plt.subplots({count})"
+    found = axes.flat if isinstance(axes, np.ndarray) else axes
+    found = checks.instances("axes", found, Axes, remedy)
+    if len(found) != count:
+        raise InvalidParameter(f"axes is {len(found)} Axes; give {remedy}")
+    return [check_axes(ax) for ax in found]
 
 
 def check_color(color):

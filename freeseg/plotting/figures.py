@@ -2,15 +2,13 @@
 
 from collections.abc import Mapping
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.plan import check_plan
-from freeseg.plotting.axes import PALETTE, check_axes, check_color, count_in_mm, new_axes
+from freeseg.plotting.axes import PALETTE, check_color, count_in_mm, new_axes, several_axes
 from freeseg.plotting.runs import check_run, check_tracked, plot_wheels
 from freeseg.reference import Reference
 from freeseg.robot import as_robot, wheel_speeds
@@ -57,7 +55,7 @@ def plot_reference(reference, robot=None, axes=None):
     """
     check_reference(reference)
     robot = as_robot(robot)
-    above, below = _axes(axes, 2, (6.4, 4.2))
+    above, below = several_axes(axes, 2, 1, (6.4, 4.2))
     way = np.append(0, np.cumsum(np.hypot(*np.diff(reference.pose[:2]))))
     moving = reference.v > SLOW
     curvature = np.divide(reference.omega, reference.v, out=np.full_like(way, np.nan), where=moving)
@@ -74,16 +72,6 @@ def plot_reference(reference, robot=None, axes=None):
         ax.spines[["top", "right"]].set_visible(False)
     above.figure.align_ylabels([above, below])
     return above, below
-
-
-def _axes(axes, count, size):
-    """So many plane axes below one another, or `InvalidParameter`."""
-    if axes is None:
-        _, axes = plt.subplots(count, 1, figsize=size, layout="constrained", sharex=True)
-    found = checks.instances("axes", axes, Axes, f"{count} Axes, such as those of plt.subplots()")
-    if len(found) != count:
-        raise InvalidParameter(f"axes is {len(found)} Axes; give {count}")
-    return tuple(map(check_axes, found))
 
 
 def plot_leads(run, reference, plan, ax=None):
@@ -139,7 +127,7 @@ def plot_pull(run, axes=None, most=0.02, wheels=0.4):
     """
     check_tracked(run)
     most, wheels = checks.positive("most", most), checks.positive("wheels", wheels)
-    above, below = _axes(axes, 2, (6.4, 4.4))
+    above, below = several_axes(axes, 2, 1, (6.4, 4.4))
     above.axhline(0, color="0.6", lw=0.8)
     above.plot(run.t, run.error[0], color=PALETTE["error"], lw=1.5)
     above.set(ylabel="$x_e$ (mm)", ylim=(-most / 4, most))
@@ -211,7 +199,7 @@ def plot_on_axes(run, limits, wheels, axes=None, length="mm", angle="rad", until
     wheels = checks.positive("wheels", wheels)
     until = checks.positive("until", run.t[-1] if until is None else until)
     checks.choice("length", length, LENGTHS), checks.choice("angle", angle, ANGLES)
-    *of_errors, of_wheels = axes = _axes(axes, 4, (5, 6))
+    *of_errors, of_wheels = axes = several_axes(axes, 4, 1, (5, 6))
     units = LENGTHS[length], LENGTHS[length], ANGLES[angle]
     labels = f"$x_e$ ({length})", f"$y_e$ ({length})", rf"$\alpha_e$ ({angle})"
     for ax, error, unit, limit, label in zip(

@@ -7,15 +7,13 @@ for a sampled one.
 
 from collections.abc import Mapping
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyBboxPatch
 from matplotlib.ticker import MultipleLocator
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.plotting.axes import PALETTE, check_axes, check_color, new_axes
+from freeseg.plotting.axes import PALETTE, check_color, new_axes, several_axes
 from freeseg.plotting.sketches import arrow, sketch_axes, write
 
 #: Half the width of a block, unless it is told; half its height; radius of a sum.
@@ -168,21 +166,6 @@ def _response(name, system, s):
     return found
 
 
-def _several_axes(axes, rows, columns, size):
-    """`axes` as a flat list, or those of a new figure (inches); or `InvalidParameter`."""
-    if axes is None:
-        _, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", sharex=True)
-    found = list(np.asarray(axes, dtype=object).flat)
-    if len(found) != rows * columns:
-        raise InvalidParameter(f"axes is {checks.shown(axes)}; give {rows * columns} plane Axes")
-    for ax in found:
-        if not isinstance(ax, Axes):
-            raise InvalidParameter(
-                f"axes is {checks.shown(axes)}; give {rows * columns} plane Axes"
-            )
-    return [check_axes(ax) for ax in found]
-
-
 def _check_label(label):
     """`label`, a text or None, or `InvalidParameter`."""
     return label if label is None else checks.instance("label", label, str, "a text")
@@ -218,7 +201,7 @@ def plot_bode(loop, omega, axes=None, color=PALETTE["planned"], label=None):
     response = _response("loop", loop, 1j * omega)
     gain, phase = np.abs(response), np.degrees(np.unwrap(np.angle(response)))
     phase -= 360 * np.round((phase[0] + 180) / 360)
-    magnitudes, phases = _several_axes(axes, 2, 1, (6.4, 4.6))
+    magnitudes, phases = several_axes(axes, 2, 1, (6.4, 4.6))
     magnitudes.loglog(omega, gain, color=color, lw=1.8, label=label)
     phases.semilogx(omega, phase, color=color, lw=1.8)
     stroke = {"color": color, "lw": 6, "alpha": 0.45, "solid_capstyle": "butt"}
@@ -346,7 +329,7 @@ def plot_gang_of_four(plant, controller, omega, axes=None, color=PALETTE["planne
     _check_label(label)
     p = _response("plant", plant, 1j * omega)
     c = _response("controller", controller, 1j * omega)
-    four = _several_axes(axes, 2, 2, (8.4, 5))
+    four = several_axes(axes, 2, 2, (8.4, 5))
     sensitivity = 1 / (1 + p * c)
     functions = sensitivity, p * c * sensitivity, p * sensitivity, c * sensitivity
     for ax, function, title in zip(four, functions, GANG, strict=True):

@@ -1,15 +1,20 @@
 """Runs: what a robot drove, with its errors and wheel speeds, and driving."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.animation import FuncAnimation
-from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
 from freeseg.plan import check_plan
-from freeseg.plotting.axes import PALETTE, check_axes, count_in_degrees, count_in_mm, new_axes
+from freeseg.plotting.axes import (
+    PALETTE,
+    check_axes,
+    count_in_degrees,
+    count_in_mm,
+    new_axes,
+    several_axes,
+)
 from freeseg.plotting.plans import plot_plan
 from freeseg.plotting.robots import draw_robot, move_robot
 from freeseg.plotting.worlds import plot_path, plot_query, plot_world
@@ -115,11 +120,9 @@ def plot_errors(run, axes=None):
     array of 3 matplotlib Axes
     """
     check_tracked(run)
-    if axes is None:
-        _, axes = plt.subplots(3, 1, figsize=(6.4, 5), sharex=True, layout="constrained")
-    x_axes, y_axes, heading_axes = _three_axes(axes)
+    x_axes, y_axes, heading_axes = three = several_axes(axes, 3, 1, (6.4, 5))
     labels = "$x_e$ (mm)", "$y_e$ (mm)", r"$\alpha_e$ (°)"
-    for ax, error, label in zip((x_axes, y_axes, heading_axes), run.error, labels, strict=True):
+    for ax, error, label in zip(three, run.error, labels, strict=True):
         ax.axhline(0, color="0.5", lw=0.8)
         ax.plot(run.t, error, color=PALETTE["error"], lw=1.6)
         ax.set_ylabel(label)
@@ -128,17 +131,8 @@ def plot_errors(run, axes=None):
     count_in_mm(x_axes.yaxis, y_axes.yaxis)
     count_in_degrees(heading_axes.yaxis)
     heading_axes.set_xlabel("time (s)")
-    heading_axes.figure.align_ylabels([x_axes, y_axes, heading_axes])
-    return axes
-
-
-def _three_axes(axes):
-    """`axes` as a tuple of three, or `InvalidParameter`."""
-    remedy = "three Axes, such as those of fig, axes = plt.subplots(3)"
-    found = checks.instances("axes", axes, Axes, remedy)
-    if len(found) != 3:
-        raise InvalidParameter(f"axes is {len(found)} Axes; give {remedy}")
-    return tuple(map(check_axes, found))
+    heading_axes.figure.align_ylabels(three)
+    return np.array(three) if axes is None else axes
 
 
 def plot_wheels(run, ax=None):
