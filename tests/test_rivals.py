@@ -9,6 +9,7 @@ import shapely
 from test_benchmarks import load
 
 import freeseg as fs
+from freeseg.data import read_csv
 from freeseg.path import Arc, Line
 from freeseg.plan import turning_radius
 from freeseg.studies import reacting, rivals
@@ -266,6 +267,16 @@ def test_benchmark(script, capsys, monkeypatch):
     printed = capsys.readouterr().out
     for line in ("paper: 2 questions, 2 with a path", "dense: 1 questions", "exact  ", "grid  "):
         assert line in printed
+
+
+def test_growth(script, capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(script, "triangulation", straight)
+    monkeypatch.setattr(script, "warm_up", lambda rivals: None)
+    script.grow((3, 6), 2, tmp_path / "growth.csv")
+    assert "3: " in capsys.readouterr().out
+    rows = read_csv(tmp_path / "growth.csv", {"n": int, "seed": int, "rival": str, "ms": float})
+    assert [(row["n"], row["seed"]) for row in rows[::2]] == [(3, 0), (6, 0), (3, 1), (6, 1)]
+    assert {row["rival"] for row in rows} == {"exact", "triangulation"}
 
 
 @pytest.fixture(scope="module")

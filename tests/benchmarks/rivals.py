@@ -49,7 +49,7 @@ from freeseg.studies import reacting, rivals
 FILE = DATA / "growth.csv"
 
 #: So many discs have the ever larger worlds, and so many there are of each size.
-SIZES, EACH = (10, 30, 100, 300, 1000, 3000, 10000), 10
+SIZES, EACH = (10, 30, 100, 300, 1000, 3000, 10000), 5
 
 #: Cells of the grid search, as a share of R_D, and how far beyond the world it looks, in R_D.
 CELL, AROUND = 0.1, 3
