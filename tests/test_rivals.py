@@ -9,7 +9,7 @@ import shapely
 from test_benchmarks import load
 
 import freeseg as fs
-from freeseg.data import read_csv
+from freeseg.data import DATA, read_csv
 from freeseg.path import Arc, Line
 from freeseg.plan import turning_radius
 from freeseg.studies import reacting, rivals
@@ -277,6 +277,18 @@ def test_growth(script, capsys, monkeypatch, tmp_path):
     rows = read_csv(tmp_path / "growth.csv", {"n": int, "seed": int, "rival": str, "ms": float})
     assert [(row["n"], row["seed"]) for row in rows[::2]] == [(3, 0), (6, 0), (3, 1), (6, 1)]
     assert {row["rival"] for row in rows} == {"exact", "triangulation"}
+
+
+def test_stored_growth_goes_up_to_ten_thousand_obstacles():
+    columns = {"n": int, "seed": int, "rival": str, "outcome": str, "ms": float}
+    rows = read_csv(DATA / "growth.csv", columns)
+    asked = {}
+    for row in rows:
+        asked.setdefault(row["rival"], []).append((row["n"], row["seed"]))
+        assert row["ms"] > 0
+        assert row["rival"] != rivals.EXACT or row["outcome"] == "path"
+    assert asked[rivals.EXACT] == asked["triangulation"]
+    assert max(asked["triangulation"])[0] == 10_000
 
 
 @pytest.fixture(scope="module")

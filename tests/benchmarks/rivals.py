@@ -378,7 +378,7 @@ def grow(sizes=SIZES, each=EACH, file=FILE):
     rows = [
         {"n": row["set"], "seed": row["question"]}
         | {name: row[name] for name in ("rival", "outcome")}
-        | {name: round(row[name], 6) for name in ("length_m", "optimum_m", "ms")}
+        | {"ms": round(row["ms"], 6)}
         for row in rivals.compare(
             [(n, seed) for seed in range(each) for n in sizes], asked, pose_grown
         )
