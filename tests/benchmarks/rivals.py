@@ -2,10 +2,12 @@
 
 One question after another is put to all of them: the paper's 16 cases, random worlds of 30
 discs and polygons at three densities, and with ``--barn SOURCE`` the 300 worlds of BARN, see
-``barn.py``. The table, `freeseg.studies.rivals.summarise`, is printed and stored in
-``data/rivals.csv``; with ``--store FOLDER`` what is done is kept, and a run that was
-stopped goes on. The packages that it compares with are in ``peers.txt``; what is not installed
-is left out. ``--quick`` asks few questions and stores nothing.
+``barn.py``. A row a question and rival is stored in ``data/rivals.npz``, and the table,
+`freeseg.studies.rivals.summarise`, is printed; with ``--store FOLDER`` what is done is kept,
+and a run that was stopped goes on. The packages that it compares with are in ``peers.txt``;
+what is not installed is left out. ``--quick`` asks few questions and stores nothing.
+``--grow`` instead asks the exact planner and the triangulation in ever larger worlds of discs,
+and stores what they need in ``data/growth.csv``.
 
 All are told the map and the distance that the robot's centre has to keep, R_D:
 
@@ -16,6 +18,10 @@ All are told the map and the distance that the robot's centre has to keep, R_D:
   processor time, RRT-Connect stops at its first path.
 * A constrained triangulation: obstacles as polygons of 16 corners round each circle, Shewchuk's
   Triangle, then A* over triangles and a funnel, by cdt_path in Python.
+
+The reactive laws of `freeseg.studies.reacting`, with the gains that were found for them, drive a
+robot in the same worlds. They are told what each of them knows, which is less than the map but
+for the potential field, and no distance to keep.
 
 Times are of the processor and include all preparation. numba, the packages, and what they
 compile are loaded before.
@@ -33,13 +39,17 @@ from pathlib import Path
 import numpy as np
 import shapely
 from numba import njit
+from scipy.stats import theilslopes
 
 import freeseg as fs
 from freeseg.data import DATA, write_csv
 from freeseg.planners.query import ask
-from freeseg.studies import rivals
+from freeseg.studies import reacting, rivals
 
-FILE = DATA / "rivals.csv"
+FILE = DATA / "growth.csv"
+
+#: So many discs have the ever larger worlds, and so many there are of each size.
+SIZES, EACH = (10, 30, 100, 300, 1000, 3000, 10000), 5
 
 #: Cells of the grid search, as a share of R_D, and how far beyond the world it looks, in R_D.
 CELL, AROUND = 0.1, 3
@@ -297,7 +307,7 @@ ELSEWHERE = {
 
 
 def installed():
-    """All rivals whose packages are there, by name."""
+    """All planners whose packages are there, by name."""
     found = dict(rivals.OF_FREESEG)
     for name, (rival, package) in ELSEWHERE.items():
         try:
@@ -354,6 +364,38 @@ def warm_up(present):
             continue
 
 
+def pose_grown(case):
+    """A world of so many discs, at the density of the sparse ones, and a query."""
+    n, seed = case
+    world = fs.random_world(n, seed)
+    return rivals.Question(world, *fs.random_query(world, seed))
+
+
+def grow(sizes=SIZES, each=EACH, file=FILE):
+    """Time against the number of obstacles: print medians and the exponent, and store rows."""
+    asked = {rivals.EXACT: fs.shortest_path, "triangulation": triangulation}
+    warm_up(asked)
+    rows = [
+        {"n": row["set"], "seed": row["question"]}
+        | {name: row[name] for name in ("rival", "outcome")}
+        | {"ms": round(row["ms"], 6)}
+        for row in rivals.compare(
+            [(n, seed) for seed in range(each) for n in sizes], asked, pose_grown
+        )
+    ]
+    for name in asked:
+        some = [row for row in rows if row["rival"] == name]
+        n, ms = (np.array([row[key] for row in some], float) for key in ("n", "ms"))
+        medians = ", ".join(f"{size}: {np.median(ms[n == size]):.1f} ms" for size in sizes)
+        large = n >= 1000
+        if large.any():
+            k, _, low, high = theilslopes(np.log(ms[large]), np.log(n[large]))
+            medians += f"; exponent from 1000 on {k:.2f} [{low:.2f}, {high:.2f}]"
+        print(f"{name:15s}{medians}")
+    if file:
+        write_csv(file, rows)
+
+
 def show(rows):
     """Print a table for each set."""
     last = None
@@ -376,7 +418,11 @@ def main(arguments=None):
     parser.add_argument("--barn", help="folder of BARN's files, or its arrays")
     parser.add_argument("--store", help="folder where what is done is kept")
     parser.add_argument("--quick", action="store_true", help="few questions, nothing stored")
+    parser.add_argument("--grow", action="store_true", help="ever larger worlds instead")
     options = parser.parse_args(arguments)
+    if options.grow:
+        grow()
+        return
     worlds = 1 if options.quick else options.worlds
     cases = [("paper", name) for name in fs.load_cases()][: 2 if options.quick else None]
     # Of all sets in turn, so that a run in the same store may ask for more.
@@ -388,16 +434,12 @@ def main(arguments=None):
     warm_up(present)
     where = functools.partial(pose, source=options.barn)
     # One after the other: two at once would slow each other down.
+    present |= reacting.reactive_rivals()
     asked = rivals.compare(cases, present, where, jobs=1, store=options.store)
     rows = rivals.summarise(asked)
     show(rows)
     if not options.quick:
-        write_csv(FILE, [{name: shorter(value) for name, value in row.items()} for row in rows])
-
-
-def shorter(value):
-    """A number with as many digits as a table needs."""
-    return round(value, 6) if isinstance(value, float) else value
+        rivals.save_rivals(asked)
 
 
 if __name__ == "__main__":
