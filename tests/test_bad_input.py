@@ -470,6 +470,29 @@ CALLS = {
             "ax": AX,
         },
     ),
+    "plot_forces": (
+        fs.plotting.plot_forces,
+        {"field": fs.PotentialField(), "world": WORLD, "goal": (1, 1), "point": (0, 0)}
+        | {"robot": ROBOT, "ax": AX},
+    ),
+    "plot_histogram": (
+        fs.plotting.plot_histogram,
+        {"law": fs.VectorFieldHistogram(), "world": WORLD, "goal": (1, 1), "pose": (0, 0, 0)}
+        | {"robot": ROBOT, "ax": AX},
+    ),
+    "plot_window": (
+        fs.plotting.plot_window,
+        {"law": fs.DynamicWindow(), "world": WORLD, "goal": (1, 1), "run": RUN, "step": 1}
+        | {"ax": AX},
+    ),
+    "plot_tracks": (
+        fs.plotting.plot_tracks,
+        {"world": WORLD, "start": (0, 0), "goal": (1, 1), "tracks": {"one": PLAN}, "ax": AX},
+    ),
+    "plot_duels": (
+        fs.plotting.plot_duels,
+        {"names": ["a"], "alone": [[0]], "decided": np.zeros((1, 1), bool), "ax": AX},
+    ),
     "plot_free_space": (
         fs.plotting.plot_free_space,
         {"world": WORLD, "goal": (1, 1), "clearance": 0.07, "ax": AX},
