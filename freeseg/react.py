@@ -21,6 +21,9 @@ from freeseg.world import as_points, as_position, round_off
 #: Largest distance (m) between the points of a run at which its clearance is measured.
 CHECK_STEP = 0.001
 
+#: Distance from the goal (m) at which a robot has arrived, unless it is told otherwise.
+ARRIVED = 0.01
+
 
 @dataclass(frozen=True, eq=False)
 class ReactiveRun(Run):
@@ -66,7 +69,7 @@ def react(
     dt: float = 0.05,
     disturbance: Disturbance | None = None,
     seed: int | tuple[int, int] = 0,
-    tolerance: float = 0.01,
+    tolerance: float = ARRIVED,
     patience: float = 20.0,
     limit: float = 300.0,
 ) -> ReactiveRun:

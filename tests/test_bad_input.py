@@ -661,6 +661,8 @@ CALLS = {
         {"cases": [("paper", "13a")], "rivals": RIVALS, "jobs": 1, "store": None},
     ),
     "summarise": (rivals.summarise, {"rows": COMPARED}),
+    "save_rivals": (rivals.save_rivals, {"rows": COMPARED, "file": "rivals.npz"}),
+    "load_rivals": (rivals.load_rivals, {"file": data.DATA / "rivals.npz"}),
     "row_of_discs": (orders.row_of_discs, {"n": 3, "share": 0.5, "seed": 1}),
     "row_cases": (orders.row_cases, {"rows": 2}),
     "count_operations": (orders.count_operations, {"case": "13a"}),

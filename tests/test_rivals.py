@@ -9,7 +9,6 @@ import shapely
 from test_benchmarks import load
 
 import freeseg as fs
-from freeseg.data import DATA, read_csv
 from freeseg.path import Arc, Line
 from freeseg.plan import turning_radius
 from freeseg.studies import rivals
@@ -78,6 +77,71 @@ def test_a_track_may_stand_still_and_a_world_be_empty():
             rivals.judge_track(bad, DISC, *ENDS)
 
 
+class Law:
+    """Drive at a constant speed and turn rate."""
+
+    def __init__(self, *command):
+        self.command = command
+
+    def start(self, scene, goal, robot, dt):
+        return lambda t, pose: self.command
+
+
+def test_a_run_is_judged_by_the_arcs_driven(robot):
+    world = fs.World([fs.Disc((0.5, 0.2), 0.05)])
+    run = fs.react(Law(0.2, 0.0), world, (0, 0), (1, 0))
+    short = 1 - run.pose[0, -1]
+    assert 1e-3 < short < 0.01
+    judged = rivals.judge_track(run, world, (0, 0), (1, 0), within=0.01)
+    # Who stops short of the goal gains nothing by it.
+    assert judged["length_m"] == pytest.approx(1, abs=1e-9)
+    assert judged["clearance_m"] == pytest.approx(run.clearance, abs=1e-6)
+    assert judged["turning_rad"] == pytest.approx(0, abs=1e-6)
+    assert not rivals.judge_track(run, world, (0, 0), (1, 0))["arrives"]
+    # On the spot it goes nowhere, and turns no corner.
+    spin = fs.drive(lambda t, pose: (0.0, 2.0), (0, 0, 0), 0.05, 100)
+    judged = rivals.judge_track(spin, world, (0, 0), (1, 0))
+    assert judged["length_m"] == pytest.approx(0, abs=1e-9)
+    assert judged["turning_rad"] == 0
+    # Each full circle turns by a full turn.
+    circle = fs.drive(lambda t, pose: (0.1, 1.0), (0, 0, 0), 0.05, 300)
+    turned = rivals.judge_track(circle, world, (0, 0), (1, 0))["turning_rad"]
+    assert turned == pytest.approx(circle.pose[2, -1], rel=0.01)
+
+
+def test_a_law_that_is_trapped_has_a_row_with_its_track(robot):
+    def spins(world, start, goal, robot, margin):
+        return fs.react(Law(0.0, 1.0), world, start, goal, robot, patience=1)
+
+    def hits(world, start, goal, robot, margin):
+        return fs.react(Law(0.2, 0.0), world, start, goal, robot)
+
+    made = {"exact": fs.shortest_path, "spins": spins, "hits": hits}
+    rows = {row["rival"]: row for row in rivals.try_rivals(("paper", "16c"), made)}
+    assert (rows["spins"]["outcome"], rows["spins"]["arrives"]) == ("Trapped", False)
+    assert rows["spins"]["length_m"] == pytest.approx(0, abs=1e-9)
+    assert math.isnan(rows["spins"]["equal_m"])
+    assert rows["hits"]["outcome"] == "path"
+    assert rows["hits"]["collides"]
+    found = {
+        one["rival"]: one for one in rivals.summarise([{"question": 1} | r for r in rows.values()])
+    }
+    assert [found[name]["wrong"] for name in made] == [0, 0, 0]
+
+
+def test_a_track_with_less_clearance_has_an_optimum_of_its_own(robot):
+    def near(world, start, goal, robot, margin):
+        return fs.shortest_path(world, start, goal, robot, 0.0)
+
+    made = {"exact": fs.shortest_path, "near": near}
+    exact, nearer = rivals.try_rivals(("paper", "16c"), made)
+    assert exact["equal_m"] == exact["optimum_m"] == exact["length_m"]
+    assert nearer["length_m"] < nearer["optimum_m"] - 1e-4
+    assert nearer["equal_m"] == pytest.approx(nearer["length_m"], abs=1e-5)
+    rows = [{"question": "16c"} | row for row in (exact, nearer)]
+    assert rivals.summarise(rows)[1]["equal_ratio"] == pytest.approx(1, abs=1e-5)
+
+
 def straight(world, start, goal, robot, margin):
     return [start, goal]
 
@@ -112,7 +176,8 @@ def test_a_summary_of_rows_made_up():
     def row(question, rival, length, clearance, ms):
         given = {"set": "a", "question": question, "rival": rival, "length_m": length}
         given |= {"clearance_m": clearance, "ms": ms, "arrives": True, "collides": clearance < 0.1}
-        return given | {"optimum_m": 1.0, "turning_rad": 0.0, "keeps_m": 0.12}
+        given |= {"outcome": "path", "optimum_m": 1.0, "equal_m": 1.0}
+        return given | {"turning_rad": 0.0, "keeps_m": 0.12}
 
     rows = [row(k, "exact", 1.0, 0.12, 2.0) for k in range(4)]
     rows += [
@@ -203,10 +268,67 @@ def test_benchmark(script, capsys, monkeypatch):
         assert line in printed
 
 
-def test_stored_rows_are_those_of_legal_planners():
-    counts = "questions", "solvable", "solved", "collisions", "wrong", "keeps", "shorter", "faster"
-    rows = read_csv(DATA / "rivals.csv", {"set": str, "rival": str} | dict.fromkeys(counts, int))
-    assert {row["set"] for row in rows} == {"paper", "barn", *rivals.DENSITIES}
+@pytest.fixture(scope="module")
+def stored():
+    return rivals.load_rivals()
+
+
+def test_what_is_stored_is_what_was_compared(tmp_path):
+    rows = rivals.compare(
+        [("paper", "13a"), ("dense", 3)], {"exact": fs.shortest_path, "x": silent}
+    )
+    file = tmp_path / "rivals.npz"
+    rivals.save_rivals(rows, file)
+    found = rivals.load_rivals(file)
+    assert [(row["set"], row["question"]) for row in found[::2]] == [("paper", "13a"), ("dense", 3)]
+    for row, again in zip(rows, found, strict=True):
+        for name, kind in rivals.STORED.items():
+            if kind in (str, bool):
+                assert again[name] == row[name]
+            else:
+                assert again[name] == pytest.approx(row[name], rel=1e-6, nan_ok=True)
+    assert found[0]["length_m"] == rows[0]["length_m"]
+
+
+def test_other_files_are_refused(tmp_path, stored):
+    file = tmp_path / "rivals.npz"
+    with pytest.raises(fs.InvalidData, match="cannot be read"):
+        rivals.load_rivals(file)
+    for content in (b"", b"PK", b"set,rival"):
+        file.write_bytes(content)
+        with pytest.raises(fs.InvalidData, match="cannot be read"):
+            rivals.load_rivals(file)
+    np.savez(file, set=np.array(["a"]))
+    with pytest.raises(fs.InvalidData, match="cannot be read"):
+        rivals.load_rivals(file)
+    columns = {
+        name: np.array([row[name] for row in stored[:2]], kind)
+        for name, kind in rivals.STORED.items()
+    }
+    for bad in ({"ms": columns["ms"][:1]}, {"ms": columns["set"]}, {"arrives": columns["ms"]}):
+        np.savez(file, **columns | bad)
+        with pytest.raises(fs.InvalidData, match="holds no such"):
+            rivals.load_rivals(file)
+    np.savez(file, **columns | {"rival": columns["rival"][[0, 0]]})
+    with pytest.raises(fs.InvalidData, match="twice"):
+        rivals.load_rivals(file)
+    with pytest.raises(fs.InvalidData, match="cannot be written"):
+        rivals.save_rivals(stored[:2], tmp_path / "nowhere" / "rivals.npz")
+
+
+def test_all_rivals_were_asked_the_same_questions(stored):
+    asked = {}
+    for row in stored:
+        asked.setdefault(row["rival"], []).append((row["set"], row["question"]))
+    assert rivals.OF_FREESEG.keys() <= asked.keys()
+    questions = set(asked[rivals.EXACT])
+    assert all(set(some) == questions for some in asked.values())
+    assert {kind for kind, _ in questions} == {"paper", "barn", *rivals.DENSITIES}
+    assert sum(kind == "paper" for kind, _ in questions) == 16
+
+
+def test_stored_rows_are_those_of_legal_planners(stored):
+    rows = rivals.summarise(stored)
     for row in rows:
         assert row["shorter"] == 0
         if row["rival"] == rivals.EXACT:
@@ -216,3 +338,13 @@ def test_stored_rows_are_those_of_legal_planners():
     by_name = {(row["set"], row["rival"]): row for row in rows}
     # As test_literal.py finds.
     assert by_name["paper", "paper, its words"]["solved"] == 13
+
+
+def test_some_stored_rows_are_found_again(stored):
+    known = {(row["set"], row["question"], row["rival"]): row for row in stored}
+    for row in rivals.compare([("paper", "16c"), ("sparse", 7), ("dense", 5)]):
+        before = known[row["set"], row["question"], row["rival"]]
+        for name in ("outcome", "arrives", "collides"):
+            assert row[name] == before[name]
+        for name in ("length_m", "optimum_m", "equal_m", "clearance_m"):
+            assert row[name] == pytest.approx(before[name], rel=1e-6, nan_ok=True)

@@ -1,12 +1,14 @@
 """Planners side by side, whoever wrote them: success, safety, length, turning and time.
 
-A rival is a function from a question to a track: a path of freeseg's, or points that are
-joined by straight lines, such as another package's answer or where a robot drove. Each
-track is judged alike, by the world and not by what its planner says of it.
+A rival is a function from a question to a track: a path of freeseg's, points that are joined
+by straight lines, such as another package's answer, or what a robot drove by a reactive law.
+Each track is judged alike, by the world and not by what its planner says of it. What was
+found is kept row by row, `load_rivals`; all that is said of it is computed from the rows.
 """
 
 import math
 import time
+import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from os import PathLike
@@ -17,7 +19,8 @@ import shapely
 from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.errors import FreesegError, InvalidParameter
+from freeseg.data import DATA
+from freeseg.errors import FreesegError, InvalidData, InvalidParameter
 from freeseg.paper import load_cases, load_table
 from freeseg.path import Path
 from freeseg.plan import Plan, turning_radius
@@ -30,8 +33,10 @@ from freeseg.planners import (
     widest_segment_plan,
 )
 from freeseg.random_worlds import SPACIOUS, random_query, random_world
+from freeseg.react import ARRIVED, arc_points
 from freeseg.robot import Robot, as_robot
 from freeseg.segments import MARGIN
+from freeseg.simulate import Run
 from freeseg.studies.runner import run
 from freeseg.studies.store import COLUMNS
 from freeseg.world import World, as_position, check_world
@@ -63,7 +68,24 @@ class Question(NamedTuple):
     margin: float = MARGIN
 
 
-#: A question to a track: a Plan, a Path, points (m) of shape (k, 2), or None for no answer.
+#: What is kept of each question and rival, by name, and how.
+STORED: dict[str, type] = {
+    "set": str,
+    "question": str,
+    "rival": str,
+    "outcome": str,
+    "arrives": bool,
+    "collides": bool,
+    "length_m": float,
+    "clearance_m": np.float32,
+    "turning_rad": np.float32,
+    "optimum_m": float,
+    "equal_m": float,
+    "keeps_m": np.float32,
+    "ms": np.float32,
+}
+
+#: A question to a track: a Plan, a Path, a Run, points (m) of shape (k, 2), or None for no answer.
 Rival: TypeAlias = Callable[..., Any]
 
 #: The planners of this package, and the name of the one that all others are measured by.
@@ -109,7 +131,7 @@ def pose_question(case: tuple[str, Any]) -> Question:
 
 
 def judge_track(
-    track: Plan | Path | ArrayLike,
+    track: Plan | Path | Run | ArrayLike,
     world: World,
     start: ArrayLike,
     goal: ArrayLike,
@@ -120,9 +142,9 @@ def judge_track(
 
     Parameters
     ----------
-    track : Plan, Path or array_like, shape (k, 2)
-        Where the robot's centre goes: a path, or points (m) joined by straight
-        lines, such as those of a run.
+    track : Plan, Path, Run or array_like, shape (k, 2)
+        Where the robot's centre goes: a path, the run of a robot, or points (m)
+        joined by straight lines.
     world : World
         Obstacles.
     start, goal : array_like, shape (2,)
@@ -137,9 +159,10 @@ def judge_track(
     -------
     dict
         ``arrives``, whether it leads from the start to the goal; ``collides``;
-        ``length_m``, ``clearance_m``, the smallest distance of the robot's
-        centre from an obstacle, and ``turning_rad``, the sum of all changes of
-        heading, either way.
+        ``length_m``, with what is missing at both ends where it arrives, so that
+        who stops short gains nothing; ``clearance_m``, the smallest distance of
+        the robot's centre from an obstacle; and ``turning_rad``, the sum of all
+        changes of direction, either way.
 
     Raises
     ------
@@ -149,6 +172,10 @@ def judge_track(
     check_world(world)
     robot, within = as_robot(robot), checks.not_negative("within", within)
     track = track.path if isinstance(track, Plan) else track
+    if isinstance(track, Run):
+        if track.pose.ndim != 2:
+            raise InvalidParameter("track is a run of many robots; give that of one")
+        track = arc_points(track)[0]
     if isinstance(track, Path):
         points, length = track.sample(SAMPLES), track.length
         clearance = track.clearance(world)
@@ -160,19 +187,22 @@ def judge_track(
         line = shapely.LineString(points) if len(points) > 1 else shapely.Point(points[0])
         clearance = float(world.distances(line).min(initial=np.inf))
     ends = np.array([as_position(start, "start"), as_position(goal, "goal")])
+    missing = np.hypot(*(points[[0, -1]] - ends).T)
+    arrives = bool((missing <= within).all())
     return {
-        "arrives": bool((np.hypot(*(points[[0, -1]] - ends).T) <= within).all()),
+        "arrives": arrives,
         "collides": clearance < robot.radius - ALIKE,
-        "length_m": length,
+        "length_m": length + arrives * float(missing.sum()),
         "clearance_m": clearance,
         "turning_rad": _turning(points),
     }
 
 
 def _turning(points: np.ndarray) -> float:
-    """Sum of the absolute changes of heading (rad) along points (k, 2)."""
+    """Sum of the absolute changes of direction (rad) along points (k, 2)."""
     along = np.diff(points, axis=0)
-    along = along[(along != 0).any(1)]
+    # Where a robot turns on the spot, round-off would have it go anywhere.
+    along = along[np.hypot(along[:, 0], along[:, 1]) > ALIKE]
     headings = np.arctan2(along[:, 1], along[:, 0])
     return float(np.abs((np.diff(headings) + np.pi) % (2 * np.pi) - np.pi).sum())
 
@@ -197,9 +227,11 @@ def try_rivals(
     -------
     list of dict
         A row a rival: ``set``, ``rival``; ``outcome``, ``"path"`` or the name of the
-        error; what `judge_track` says; ``optimum_m``, the length of the shortest
-        path that keeps R_D (NaN where there is none) and ``keeps_m``, that distance; and
-        ``ms``, processor time with all preparation, in a world new to the rival.
+        error; what `judge_track` says, also of the track of a law that was trapped;
+        ``optimum_m``, the length of the shortest path that keeps R_D (NaN where there
+        is none), and ``equal_m``, that of the one that keeps no more than the track
+        does (NaN where it fails); ``keeps_m``, R_D; and ``ms``, processor time with all
+        preparation, in a world new to the rival.
 
     Raises
     ------
@@ -208,30 +240,48 @@ def try_rivals(
     """
     _check_rivals(rivals)
     question = pose(case)
-    world, robot = question.world, as_robot(question.robot)
-    optimum = math.nan
+    optimum = _shortest(question)
+    return [
+        {"set": str(case[0]), "rival": name} | _ask(rival, question, optimum)
+        for name, rival in rivals.items()
+    ]
+
+
+def _shortest(question: Question) -> float:
+    """Length (m) of the shortest path that answers a question; NaN where there is none."""
     try:
-        optimum = shortest_path(*question).path.length
+        return shortest_path(*question).path.length
     except FreesegError as error:
         if isinstance(error, InvalidParameter):
             raise
-    rows = []
-    for name, rival in rivals.items():
-        fresh = World(world.obstacles, world.boundary)
-        outcome, track, begin = "no path", None, time.process_time()
-        try:
-            track = rival(fresh, *question[1:])
-        except FreesegError as error:
-            outcome = type(error).__name__
-        duration = 1e3 * (time.process_time() - begin)
-        judged: dict[str, Any] = {"arrives": False, "collides": False}
-        judged |= dict.fromkeys(("length_m", "clearance_m", "turning_rad"), math.nan)
-        if track is not None:
-            outcome, judged = "path", judge_track(track, world, *question[1:3], robot)
-        row = {"set": str(case[0]), "rival": name, "outcome": outcome} | judged
-        keeps = turning_radius(robot, question.margin)
-        rows.append(row | {"optimum_m": optimum, "keeps_m": keeps, "ms": duration})
-    return rows
+        return math.nan
+
+
+def _ask(rival: Rival, question: Question, optimum: float) -> dict[str, Any]:
+    """The row of a rival, given the length of the shortest path (m)."""
+    world, robot = question.world, as_robot(question.robot)
+    fresh = World(world.obstacles, world.boundary)
+    outcome, track, begin = "no path", None, time.process_time()
+    try:
+        track = rival(fresh, *question[1:])
+    except FreesegError as error:
+        outcome, track = type(error).__name__, getattr(error, "run", None)
+    else:
+        outcome = outcome if track is None else "path"
+    duration = 1e3 * (time.process_time() - begin)
+    judged: dict[str, Any] = {"arrives": False, "collides": False}
+    judged |= dict.fromkeys(("length_m", "clearance_m", "turning_rad"), math.nan)
+    if track is not None:
+        within = ARRIVED if isinstance(track, Run) else ALIKE
+        judged = judge_track(track, world, *question[1:3], robot, within)
+    equal, keeps = math.nan, turning_radius(robot, question.margin)
+    if judged["arrives"] and not judged["collides"]:
+        equal = optimum
+        if judged["clearance_m"] < keeps - ALIKE:
+            left = max(judged["clearance_m"] - ALIKE - robot.radius, 0.0)
+            equal = _shortest(question._replace(margin=2 * left))
+    found = {"optimum_m": optimum, "equal_m": equal, "keeps_m": keeps, "ms": duration}
+    return {"outcome": outcome} | judged | found
 
 
 def _check_rivals(rivals: Mapping[str, Rival]) -> None:
@@ -269,21 +319,99 @@ def compare(
     Returns
     -------
     list of dict
-        A row a question and rival, with ``question``, its number.
+        A row a question and rival, as `try_rivals` gives it, with ``question``, the
+        second item of its case.
 
     Raises
     ------
     InvalidParameter
-        For rivals that are no functions, or is no number of processes.
+        For what are no cases, rivals that are no functions, or is no number of
+        processes.
     """
     _check_rivals(rivals)
+    cases = checks.sequence("cases", cases, "questions, such as ('paper', '13a')")
     found = run(
         partial(_try_rivals, rivals=rivals, pose=pose), cases, store, jobs=jobs, strict=True
     )
     return [
-        {"question": row["case"]} | {k: v for k, v in row.items() if k not in COLUMNS}
+        {"question": cases[row["case"]][1]} | {k: v for k, v in row.items() if k not in COLUMNS}
         for row in found
     ]
+
+
+def save_rivals(
+    rows: Iterable[Mapping[str, Any]], file: str | PathLike[str] = DATA / "rivals.npz"
+) -> None:
+    """Store rows of `compare`, over what was there, for `load_rivals`.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        From `compare`. Lengths are kept in double precision, for they are
+        compared with each other to round-off.
+    file : path-like, optional
+        Where to.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no such rows.
+    InvalidData
+        For a file that cannot be written.
+    """
+    path, found = checks.file("file", file), _checked(rows)
+    columns: dict[str, Any] = {
+        name: np.array([row[name] for row in found], kind) for name, kind in STORED.items()
+    }
+    try:
+        with path.open("wb") as out:
+            np.savez_compressed(out, **columns)
+    except OSError as error:
+        raise InvalidData(
+            f"{path} cannot be written ({error}); give a file in a folder that exists"
+        ) from error
+
+
+def load_rivals(file: str | PathLike[str] = DATA / "rivals.npz") -> list[dict[str, Any]]:
+    """Stored rows of `compare`, one a question and rival.
+
+    Parameters
+    ----------
+    file : path-like, optional
+        Written by ``tests/benchmarks/rivals.py``.
+
+    Returns
+    -------
+    list of dict
+        What `STORED` names. ``(row["set"], row["question"])`` is the case that
+        `pose_question` makes a question of, but for BARN's worlds, which are no part of
+        this collection.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read, holds anything else, or two rows of the same
+        question and rival.
+    """
+    path = checks.file("file", file)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            columns = {name: stored[name] for name in STORED}
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise InvalidData(f"{path} cannot be read ({error}); compare the rivals again") from error
+    size = columns["set"].shape[:1]
+    for name, kind in STORED.items():
+        if columns[name].dtype.kind != np.dtype(kind).kind or columns[name].shape != size:
+            raise InvalidData(f"{path} holds no such {name} as are kept; compare the rivals again")
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    rows = [dict(zip(STORED, one, strict=True)) for one in values]
+    for row in rows:
+        # The paper's cases have names, random worlds and BARN's a number.
+        if row["question"].isdecimal():
+            row["question"] = int(row["question"])
+    if not rows or len({(row["set"], row["question"], row["rival"]) for row in rows}) < len(rows):
+        raise InvalidData(f"{path} holds no rows, or one twice; compare the rivals again")
+    return rows
 
 
 def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -299,10 +427,12 @@ def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     list of dict
         ``set``, ``rival``; ``questions`` and, of these, ``solvable`` (some path keeps
         R_D) and ``solved``, where the track arrives and touches nothing;
-        ``collisions``; ``wrong``, tracks that do not arrive; ``keeps``, those solved
-        that keep R_D. Of the questions that are solvable and solved: ``near``, the
-        share within 1 % of the optimum; ``median_ratio``, ``p95_ratio`` and
-        ``max_ratio`` of the length to the optimum. Of all solved: ``clearance_m``,
+        ``collisions``; ``wrong``, tracks that do not arrive without saying so;
+        ``keeps``, those solved that keep R_D. Of the questions that are solvable and
+        solved: ``near``, the share within 1 % of the optimum; ``median_ratio``,
+        ``p95_ratio`` and ``max_ratio`` of the length to the optimum. Of all solved:
+        ``equal_ratio``, the median of the length to the optimum of who keeps no more
+        than that track does; ``clearance_m``,
         the smallest, and ``turning_rad``, the median. Of all questions:
         ``median_ms`` and ``p95_ms``. ``shorter``, on how many questions it keeps R_D
         and is shorter than the optimum by more than round-off; ``faster``, on how
@@ -315,7 +445,7 @@ def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
         For what are no such rows.
     """
     ordered = _checked(rows)
-    exact = {row["question"]: row["ms"] for row in ordered if row["rival"] == EXACT}
+    exact = {(row["set"], row["question"]): row["ms"] for row in ordered if row["rival"] == EXACT}
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for row in ordered:
         groups.setdefault((row["set"], row["rival"]), []).append(row)
@@ -328,10 +458,11 @@ def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
 def _summary(group: list[Mapping[str, Any]], exact: Mapping[Any, float]) -> dict[str, Any]:
     """Numbers of one rival's rows, given the exact planner's time (ms) by question."""
     arrives, collides = (np.array([row[name] for row in group], bool) for name in _FLAGS)
-    length, optimum, clearance, turning, keeps, ms = (
+    named = np.array([row["outcome"] != "path" for row in group])
+    length, optimum, equal, clearance, turning, keeps, ms = (
         np.array([row[name] for row in group], float) for name in _NUMBERS
     )
-    exact_ms = np.array([exact.get(row["question"], math.nan) for row in group])
+    exact_ms = np.array([exact.get((row["set"], row["question"]), math.nan) for row in group])
     solvable, solved = np.isfinite(optimum), arrives & ~collides
     keeping = solved & (clearance >= keeps - ALIKE)
     near = solved & (length <= optimum * (1 + NEAR_OPTIMUM))
@@ -341,12 +472,13 @@ def _summary(group: list[Mapping[str, Any]], exact: Mapping[Any, float]) -> dict
         "solvable": int(solvable.sum()),
         "solved": int(solved.sum()),
         "collisions": int(collides.sum()),
-        "wrong": int((~arrives & np.isfinite(length)).sum()),
+        "wrong": int((~arrives & ~named).sum()),
         "keeps": int(keeping.sum()),
         "near": _of(np.mean, near[solvable & solved]),
         "median_ratio": _of(np.median, ratio),
         "p95_ratio": _of(np.quantile, ratio, 0.95),
         "max_ratio": _of(np.max, ratio),
+        "equal_ratio": _of(np.median, (length / equal)[solved & np.isfinite(equal)]),
         "clearance_m": _of(np.min, clearance[solved]),
         "turning_rad": _of(np.median, turning[solved]),
         "median_ms": _of(np.median, ms),
@@ -357,7 +489,7 @@ def _summary(group: list[Mapping[str, Any]], exact: Mapping[Any, float]) -> dict
 
 
 _FLAGS = "arrives", "collides"
-_NUMBERS = "length_m", "optimum_m", "clearance_m", "turning_rad", "keeps_m", "ms"
+_NUMBERS = "length_m", "optimum_m", "equal_m", "clearance_m", "turning_rad", "keeps_m", "ms"
 
 
 def _of(number: Callable[..., Any], values: np.ndarray, *more: float) -> float:
@@ -369,7 +501,6 @@ def _checked(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Rows of `compare` as a list, or `InvalidParameter`."""
     remedy = "rows of compare, one or more"
     found: list[Mapping[str, Any]] = checks.instances("rows", rows, Mapping, remedy)
-    wanted = {"question", "set", "rival", *_FLAGS, *_NUMBERS}
-    if not found or any(wanted - row.keys() for row in found):
+    if not found or any(STORED.keys() - row.keys() for row in found):
         raise InvalidParameter(f"rows is {checks.shown(rows)}; give {remedy}")
     return found

@@ -2,10 +2,10 @@
 
 One question after another is put to all of them: the paper's 16 cases, random worlds of 30
 discs and polygons at three densities, and with ``--barn SOURCE`` the 300 worlds of BARN, see
-``barn.py``. The table, `freeseg.studies.rivals.summarise`, is printed and stored in
-``data/rivals.csv``; with ``--store FOLDER`` what is done is kept, and a run that was
-stopped goes on. The packages that it compares with are in ``peers.txt``; what is not installed
-is left out. ``--quick`` asks few questions and stores nothing.
+``barn.py``. A row a question and rival is stored in ``data/rivals.npz``, and the table,
+`freeseg.studies.rivals.summarise`, is printed; with ``--store FOLDER`` what is done is kept,
+and a run that was stopped goes on. The packages that it compares with are in ``peers.txt``;
+what is not installed is left out. ``--quick`` asks few questions and stores nothing.
 
 All are told the map and the distance that the robot's centre has to keep, R_D:
 
@@ -35,11 +35,8 @@ import shapely
 from numba import njit
 
 import freeseg as fs
-from freeseg.data import DATA, write_csv
 from freeseg.planners.query import ask
 from freeseg.studies import rivals
-
-FILE = DATA / "rivals.csv"
 
 #: Cells of the grid search, as a share of R_D, and how far beyond the world it looks, in R_D.
 CELL, AROUND = 0.1, 3
@@ -392,12 +389,7 @@ def main(arguments=None):
     rows = rivals.summarise(asked)
     show(rows)
     if not options.quick:
-        write_csv(FILE, [{name: shorter(value) for name, value in row.items()} for row in rows])
-
-
-def shorter(value):
-    """A number with as many digits as a table needs."""
-    return round(value, 6) if isinstance(value, float) else value
+        rivals.save_rivals(asked)
 
 
 if __name__ == "__main__":
