@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import freeseg as fs
 from freeseg.plotting import PALETTE
-from freeseg.plotting.rivals import LONGEST
+from freeseg.plotting.rivals import ARROW
 
 DISC, GOAL = fs.World([fs.Disc((0.4, 0.05), 0.05)]), (1.0, 0.0)
 
@@ -26,7 +26,7 @@ def test_forces_add_up_and_point_where_they_should():
     # Straight away from the disc.
     assert_allclose(np.cross([*push, 0], [0.12, 0.05, 0])[2], 0, atol=0.02)
     assert push[0] < 0
-    assert max(np.hypot(*arrow) for arrow in arrows.values()) == pytest.approx(LONGEST)
+    assert max(np.hypot(*arrow) for arrow in arrows.values()) == pytest.approx(ARROW)
     with pytest.raises(fs.InvalidParameter, match="PotentialField"):
         fs.plotting.plot_forces(fs.DynamicWindow(), DISC, GOAL, (0, 0))
 

@@ -24,7 +24,7 @@ from freeseg.simulate import Run
 from freeseg.world import as_position, check_world
 
 #: Length of the longest arrow of a force (m).
-LONGEST = 0.2
+ARROW = 0.2
 
 #: Radii of the circles between which the bars of a histogram stand, in robot's radii.
 BARS = 1.5, 4.0
@@ -36,7 +36,7 @@ LOWEST = 0.06
 MESH = 241
 
 #: A track that ends so near to the goal (m) has arrived.
-NEAR = 0.02
+ARRIVED = 0.02
 
 #: How tracks are drawn that nobody has given a colour.
 TRACKS = ["planned", "tracked", "safe", "danger", "turning", "error", "left"]
@@ -69,7 +69,7 @@ def plot_forces(field, world, goal, point, robot=None, ax=None):
     total = field.force(world, goal, robot)(point)
     pull = replace(field, repulsion=0.0).force(world, goal, robot)(point)
     forces = {"attraction": pull, "repulsion": total - pull, "sum": total}
-    scale = LONGEST / max(max(np.hypot(*force) for force in forces.values()), 1e-12)
+    scale = ARROW / max(max(np.hypot(*force) for force in forces.values()), 1e-12)
     ax = map_axes(ax)
     draw_robot([*point, np.arctan2(*total[::-1])], robot, ax)
     for (name, force), color in zip(forces.items(), ("safe", "danger", "tracked"), strict=True):
@@ -237,7 +237,7 @@ def plot_tracks(world, start, goal, tracks, ax=None, colors=None):
         points = _points_of(name, track)
         color = colors.get(name, PALETTE[color])
         ax.plot(*points.T, color=color, ls=DASHES[dash], lw=1.8, zorder=4, label=name)
-        if np.hypot(*(points[-1] - goal)) > NEAR:
+        if np.hypot(*(points[-1] - goal)) > ARRIVED:
             ax.plot(*points[-1], "X", color=color, mec="white", ms=10, zorder=5)
     return plot_query(start, goal, ax)
 
