@@ -16,6 +16,7 @@ from freeseg.plotting.axes import PALETTE, count_in_mm, map_axes, new_axes
 from freeseg.plotting.comparisons import check_colors
 from freeseg.plotting.robots import check_pose, draw_robot
 from freeseg.plotting.worlds import plot_query, plot_world, trace
+from freeseg.react import ARRIVED
 from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
 from freeseg.reactive.dynamic_window import free_distances, reachable
 from freeseg.reactive.sensing import outlines_of, scan
@@ -34,9 +35,6 @@ LOWEST = 0.06
 
 #: Speeds and turn rates of the map of velocities, on each axis.
 MESH = 241
-
-#: A track that ends so near to the goal (m) has arrived.
-ARRIVED = 0.02
 
 #: How tracks are drawn that nobody has given a colour.
 TRACKS = ["planned", "tracked", "safe", "danger", "turning", "error", "left"]
