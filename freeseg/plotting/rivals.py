@@ -40,6 +40,9 @@ MESH = 241
 TRACKS = ["planned", "tracked", "safe", "danger", "turning", "error", "left"]
 DASHES = ["-", (0, (5, 1.5)), (0, (1.5, 1))]
 
+#: Width of the last track's line, and by how much each one before it is wider (points).
+THINNEST, WIDER = 1.4, 1.3
+
 
 def plot_forces(field, world, goal, point, robot=None, ax=None):
     """What pulls and what pushes a robot in a potential field, and their sum.
@@ -230,11 +233,14 @@ def plot_tracks(world, start, goal, tracks, ax=None, colors=None):
     start, goal = as_position(start, "start"), as_position(goal, "goal")
     colors = check_colors(colors, tracks)
     ax = plot_world(world, ax, numbers=False)
-    styles = zip(cycle(TRACKS), np.repeat(np.arange(len(DASHES)), len(TRACKS)), strict=False)
-    for (name, track), (color, dash) in zip(tracks.items(), cycle(styles), strict=False):
+    dashes = cycle(np.repeat(np.arange(len(DASHES)), len(TRACKS)))
+    styles = zip(cycle(TRACKS), dashes, strict=False)
+    for k, ((name, track), (color, dash)) in enumerate(zip(tracks.items(), styles, strict=False)):
         points = _points_of(name, track)
         color = colors.get(name, PALETTE[color])
-        ax.plot(*points.T, color=color, ls=DASHES[dash], lw=1.8, zorder=4, label=name)
+        # The first are the widest, and show below those that drive the same way.
+        width = THINNEST + WIDER * (len(tracks) - 1 - k)
+        ax.plot(*points.T, color=color, ls=DASHES[dash], lw=width, zorder=4, label=name)
         if np.hypot(*(points[-1] - goal)) > ARRIVED:
             ax.plot(*points[-1], "X", color=color, mec="white", ms=10, zorder=5)
     return plot_query(start, goal, ax)
