@@ -112,3 +112,13 @@ def test_duels_are_coloured_where_they_are_decided():
     assert colors.count((1, 1, 1)) == 4
     with pytest.raises(fs.InvalidParameter, match="decided"):
         fs.plotting.plot_duels(["a", "b", "c"], alone, alone)
+
+
+def test_a_chase_shows_what_was_driven_by_then():
+    run = fs.react(fs.PotentialField(), DISC, (0, 0), GOAL)
+    t = run.t[30]
+    ax = fs.plotting.plot_chase(DISC, (0, 0), GOAL, run, t)
+    assert_allclose(ax.lines[-1].get_xydata(), run.pose[:2, :31].T)
+    for t, count in ((-1.0, 1), (1e6, len(run.t))):
+        ax = fs.plotting.plot_chase(DISC, (0, 0), GOAL, run, t)
+        assert len(ax.lines[-1].get_xdata()) == count

@@ -33,6 +33,7 @@ from freeseg.plotting.loops import plot_block_diagram, plot_bode, plot_gang_of_f
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.rivals import (
+    plot_chase,
     plot_duels,
     plot_forces,
     plot_histogram,
@@ -94,6 +95,7 @@ __all__ = [
     "plot_bode",
     "plot_case",
     "plot_change",
+    "plot_chase",
     "plot_circle",
     "plot_clearance",
     "plot_counts",

@@ -15,6 +15,7 @@ from freeseg.plan import Plan
 from freeseg.plotting.axes import PALETTE, count_in_mm, map_axes, new_axes
 from freeseg.plotting.comparisons import check_colors
 from freeseg.plotting.robots import check_pose, draw_robot
+from freeseg.plotting.runs import check_run
 from freeseg.plotting.worlds import plot_query, plot_world, trace
 from freeseg.react import ARRIVED
 from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
@@ -169,9 +170,7 @@ def plot_window(law, world, goal, run, step, ax=None):
     """
     checks.instance("law", law, DynamicWindow, "a DynamicWindow")
     goal = as_position(goal, "goal")
-    checks.instance("run", run, Run, "a Run by the law")
-    if run.pose.ndim > 2:
-        raise InvalidParameter(f"run is {checks.shown(run)}; give that of one robot")
+    check_run(run)
     (step,) = checks.indices("step", [step], len(run.t) - 1, "steps")
     robot, dt, pose = run.robot, run.t[1] - run.t[0], run.pose[:, step]
     present = robot.to_body(run.wheels[:, step - 1]) if step else (0.0, 0.0)
@@ -253,6 +252,35 @@ def _points_of(name, track):
         return trace(track).T
     track = track.pose[:2].T if isinstance(track, Run) else track
     return checks.array(f"track of {checks.shown(name)}", track, (None, 2))
+
+
+def plot_chase(world, start, goal, run, t, ax=None):
+    """A robot on its way to a goal, at one time, and what it drove until then.
+
+    Parameters
+    ----------
+    world : World
+        Obstacles.
+    start, goal : array_like, shape (2,)
+        Positions (m).
+    run : Run
+        What one robot drove.
+    t : float
+        Time (s); after the end of the run, the robot stands where it ended.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    check_run(run)
+    t = checks.number("t", t)
+    now = min(max(int(np.searchsorted(run.t, t, "right")) - 1, 0), len(run.t) - 1)
+    ax = plot_query(start, goal, plot_world(world, ax, numbers=False))
+    ax.plot(*run.pose[:2, : now + 1], color=PALETTE["tracked"], lw=2, zorder=4)
+    draw_robot(run.pose[:, now], run.robot, ax)
+    return ax
 
 
 def plot_duels(names, alone, decided, ax=None):
