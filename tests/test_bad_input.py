@@ -330,6 +330,11 @@ CALLS = {
         partial(reacting.attempt, patience=0.5),
         {"law": fs.PotentialField(), "task": TASK, "disturbance": None, "seed": 0},
     ),
+    "room_like_barn": (reacting.room_like_barn, {"seed": 1}),
+    "training_tasks": (reacting.training_tasks, {"name": "barn"}),
+    "load_laws": (reacting.load_laws, {"file": data.DATA / "reactive_gains.csv"}),
+    "reactive_rivals": (reacting.reactive_rivals, {"file": data.DATA / "reactive_gains.csv"}),
+    "trap_worlds": (reacting.trap_worlds, {}),
     "score": (reacting.score, {"law": fs.PotentialField(), "tasks": [TASK]}),
     "search": (
         reacting.search,

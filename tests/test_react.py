@@ -6,24 +6,13 @@ import shapely
 from numpy.testing import assert_allclose
 
 import freeseg as fs
+from freeseg.data import DATA, read_csv, write_csv
 from freeseg.react import CHECK_STEP, arc_points
 from freeseg.studies import reacting
 
 LAWS = [fs.PotentialField(), fs.VectorFieldHistogram(), fs.DynamicWindow()]
 NAMES = [type(law).__name__ for law in LAWS]
 DISC = fs.World([fs.Disc((0.5, 0.03), 0.05)])
-
-
-def cup(depth=0.4, half=0.25, wall=0.03):
-    """A U that opens towards the start, with the goal behind its bottom."""
-    outer = [(0.9 - depth, -half), (0.9, -half), (0.9, half), (0.9 - depth, half)]
-    inner = [
-        (0.9 - depth, half - wall),
-        (0.9 - wall, half - wall),
-        (0.9 - wall, wall - half),
-        (0.9 - depth, wall - half),
-    ]
-    return fs.World([fs.Polygon(outer + inner)])
 
 
 @pytest.mark.parametrize("law", LAWS, ids=NAMES)
@@ -42,19 +31,53 @@ def test_every_law_drives_past_a_disc(law):
     assert np.abs(np.diff(run.wheels[:, :-1], prepend=0)).max() <= limits[1] * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=NAMES)
-def test_a_dead_end_traps_every_law(law):
-    world = cup()
-    assert fs.shortest_path(world, (0, 0.01), (1.1, 0)).path.length < 2
+TRAPS = reacting.trap_worlds()
+FAILURES = [(name, law) for name, laws in reacting.TRAPPED.items() for law in laws]
+
+
+@pytest.mark.parametrize(
+    ("name", "law"), FAILURES, ids=[f"{name}-{type(law).__name__}" for name, law in FAILURES]
+)
+def test_published_failures_trap_the_laws_by_name(name, law):
+    question = TRAPS[name]
+    # There is a way, and a planner finds it.
+    path = fs.shortest_path(*question).path
     with pytest.raises(fs.Trapped, match=type(law).__name__) as caught:
-        fs.react(law, world, (0, 0.01), (1.1, 0), patience=5)
+        fs.react(law, *question[:4], patience=5)
     run = caught.value.run
-    # It never comes round the cup; it stands, or comes and goes. The track says for how long.
+    # It stands, or comes and goes, until its patience ends. The track says so.
     assert run.collision is None
-    assert run.pose[0].max() < 0.9
-    left = np.hypot(*(run.pose[:2] - np.array([[1.1], [0]])))
+    left = np.hypot(*(run.pose[:2] - np.reshape(question.goal, (2, 1))))
     assert left[-1 - int(5 / 0.05) :].min() > left.min() - 0.01
+    assert left[-1] > 0.01
+    assert np.hypot(*(run.pose[:2, -1] - path.end)) > 0.01
     assert caught.value.steps == ()
+
+
+@pytest.mark.parametrize("name", reacting.SPARED)
+def test_who_is_spared_arrives_where_the_other_law_fails(name):
+    question = TRAPS[name]
+    run = fs.react(reacting.SPARED[name], *question[:4])
+    assert run.collision is None
+    assert {type(law) for law in reacting.TRAPPED[name]} == {type(reacting.SPARED[name])}
+
+
+def test_traps_are_what_they_are_called():
+    assert TRAPS.keys() == reacting.TRAPPED.keys() > reacting.SPARED.keys()
+    # The goal is nearer to the disc than the fields reach, and the robot fits there.
+    near = TRAPS["goal near an obstacle"]
+    gap = near.world.distances(shapely.Point(near.goal)).min() - fs.KheperaIV().radius
+    assert 0 < gap < reacting.KHATIB.influence
+    # The histogram cannot see the end of the corridor from its mouth.
+    dead = TRAPS["dead end"].world
+    ends = np.array([one.core.bounds for one in dead])
+    assert ends[2, 0] - ends[0, 0] > fs.VectorFieldHistogram().reach
+    # The robot fits through the side door with room on both sides; strong motors get it through.
+    door = TRAPS["side door"]
+    assert 1.3 * door.robot.diameter < 0.2
+    assert fs.react(fs.DynamicWindow(), *door[:3]).collision is None
+    # In Table 5 every free segment is danger.
+    assert [step.kind for step in fs.plan(*TRAPS["Table 5"]).steps] == ["straight", "local minimum"]
 
 
 def test_a_fast_robot_with_weak_brakes_sees_as_far_as_it_must():
@@ -217,6 +240,87 @@ def test_the_defaults_are_within_the_ranges_of_the_search():
         law = getattr(fs, name)()
         for gain, (low, high) in ranges.items():
             assert low <= getattr(law, gain) <= high, (name, gain)
+
+
+@pytest.fixture(scope="module")
+def tuned():
+    return reacting.load_laws()
+
+
+def test_stored_gains_are_what_the_study_drives_by(tuned):
+    rows = read_csv(
+        DATA / "reactive_gains.csv",
+        {"tuned_for": str, "law": str, "gain": str, "value": float}
+        | {"score_before": float, "score": float},
+    )
+    assert tuned.keys() == reacting.TUNED_FOR.keys()
+    for row in rows:
+        low, high = reacting.GAIN_RANGES[row["law"]][row["gain"]]
+        assert low <= row["value"] <= high
+        assert 1 <= row["score"] <= row["score_before"] <= reacting.FAILED
+        name = next(name for name, law in reacting.REACTIVE.items() if law == row["law"])
+        assert getattr(tuned[row["tuned_for"]][name], row["gain"]) == row["value"]
+    rivals = reacting.reactive_rivals()
+    assert rivals.keys() == reacting.REACTIVE.keys() == reacting.KNOWS.keys()
+    for name, rival in rivals.items():
+        assert rival.keywords["laws"] == {aim: tuned[aim][name] for aim in tuned}
+    # All laws drive at the same top speed, and keep their other gains.
+    speeds = {law.speed for laws in tuned.values() for law in laws.values()}
+    assert speeds == {fs.PotentialField().speed}
+
+
+def test_rivals_drive_by_the_gains_for_their_robot(tuned):
+    world, ends = fs.World([]), ((0, 0), (0.5, 0))
+    wide = fs.KheperaIV(diameter=0.4)
+    for name, rival in reacting.reactive_rivals().items():
+        for robot, aim in ((None, "random"), (wide, "barn")):
+            run = rival(world, *ends, robot, 0.005)
+            again = fs.react(tuned[aim][name], world, *ends, robot)
+            assert (run.pose == again.pose).all()
+            assert run.robot == again.robot
+
+
+def test_other_gains_are_refused(tmp_path):
+    rows = read_csv(
+        DATA / "reactive_gains.csv", {"tuned_for": str, "law": str, "gain": str, "value": float}
+    )
+    rows = [{name: value for name, value in row.items() if name != "row"} for row in rows]
+    file = tmp_path / "gains.csv"
+    for change in ({"law": "Bug"}, {"gain": "speed"}, {"value": 1e6}, {"tuned_for": "others"}):
+        write_csv(file, [*rows[:-1], rows[-1] | change])
+        with pytest.raises(fs.InvalidData):
+            reacting.load_laws(file)
+    for wrong, said in (([*rows, rows[0]], "second"), (rows[:-1], "lacks gains")):
+        write_csv(file, wrong)
+        with pytest.raises(fs.InvalidData, match=said):
+            reacting.load_laws(file)
+    low = next(row for row in rows if row["gain"] == "low")
+    high = {"gain": "high", "value": 0.5}
+    crossed = [
+        row
+        | ({"value": 5.0} if row is low else {})
+        | (high if row["gain"] == "high" and row["law"] == low["law"] else {})
+        for row in rows
+    ]
+    write_csv(file, crossed)
+    with pytest.raises(fs.InvalidData, match="low is 5"):
+        reacting.load_laws(file)
+
+
+def test_rooms_like_barn_are_crossed_by_the_wide_robot():
+    for seed in range(3):
+        world = reacting.room_like_barn(seed)
+        centers = np.array([disc.center for disc in world])
+        # Walls on three sides, open where the robot leaves; the way in is free.
+        assert centers.min(0) == pytest.approx(reacting.FIRST)
+        inside = (np.abs(centers[:, 0] + 2.25) < 2) & (centers[:, 1] > 0.1)
+        assert centers[inside, 1].min() > 5
+        assert world.distances(shapely.Point(reacting.ACROSS[0])).min() > 0.215
+    assert len(reacting.room_like_barn(1)) != len(reacting.room_like_barn(2))
+    for name, robot in reacting.TUNED_FOR.items():
+        tasks = reacting.training_tasks(name)
+        assert len(tasks) == reacting.TASKS[name] * (3 if name == "random" else 1)
+        assert {task.robot for task in tasks} == {robot}
 
 
 def test_a_search_of_gains_is_never_worse_than_the_defaults(monkeypatch):

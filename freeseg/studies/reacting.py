@@ -1,22 +1,36 @@
-"""Reactive laws in random worlds: how far they drive, and a search of their gains."""
+"""Reactive laws as rivals of planners: a search of their gains, and where each is known to fail.
+
+Gains are searched on worlds that no comparison asks about, by one search for all laws: for a
+Khepera IV in random worlds of three densities, and for the wide robot of BARN in rooms like
+BARN's. All laws drive at the same top speed.
+"""
 
 from collections.abc import Callable, Iterable
+from functools import partial
+from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from freeseg import checks, reactive
+from freeseg.data import DATA, read_csv
 from freeseg.disturbance import Disturbance
-from freeseg.errors import InvalidParameter, NoPath, Trapped
+from freeseg.errors import InvalidData, InvalidParameter, NoPath, Trapped
 from freeseg.planners import shortest_path
 from freeseg.random_worlds import SPACIOUS, random_query, random_world
 from freeseg.react import ReactiveRun, react
+from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
 from freeseg.reactive.sensing import Reactive
+from freeseg.robot import KheperaIV, Robot, as_robot
+from freeseg.studies.rivals import DENSITIES, PER_WORLD, Question, Rival, pose_question
 from freeseg.studies.searching import evolve, four_digits
-from freeseg.world import World
+from freeseg.world import Disc, Polygon, World
 
 #: What a run counts that does not arrive, or collides: so many times the shortest path.
 FAILED = 3.0
+
+#: A search waits so long (s) for a robot that comes no nearer: half of what is waited else.
+PATIENCE = 10.0
 
 #: A query whose shortest path is not so long (m) is left out, for it asks for nothing.
 WORTH = 0.4
@@ -63,13 +77,64 @@ GAIN_RANGES: dict[str, dict[str, tuple[float, float]]] = {
 }
 
 
+#: What laws are tuned for, and the robot that drives there: random worlds, and rooms like BARN's.
+TUNED_FOR = {"random": KheperaIV(), "barn": KheperaIV(diameter=0.43)}
+
+#: Seed of the first world that gains are searched on. The worlds that rivals are compared in
+#: have seeds from 0 on.
+TRAINING_SEED = 100_000
+
+#: So many tasks are searched on, of each density and of rooms.
+TASKS = {"random": 4, "barn": 4}
+
+#: Rooms like BARN's: cells in a row of the field and rows before it, and their width (m); where
+#: the first is; the least and the largest share of cells that are filled; and where the robot
+#: starts and is to go (m).
+FIELD, WAY_IN, CELL, FIRST = 30, 34, 0.15, (-4.425, 0.075)
+FILLED = 0.15, 0.3
+ACROSS = (-2.25, 3.0), (-2.25, 13.0)
+
+#: The laws by the names that rivals have, and what each knows.
+REACTIVE = {
+    "potential field": "PotentialField",
+    "VFH+": "VectorFieldHistogram",
+    "dynamic window": "DynamicWindow",
+}
+KNOWS = {
+    "potential field": "the map: the nearest point of every obstacle; its own pose",
+    "VFH+": "range readings all round, up to its reach; its own pose",
+    "dynamic window": "range readings all round, up to its reach; its own pose; its limits",
+}
+
+#: Khatib's field, and that of Ge and Cui, where the goal is near an obstacle.
+KHATIB = PotentialField(order=0, influence=0.1, repulsion=1e-4)
+GE_CUI = PotentialField(order=2, influence=0.1, repulsion=1e-3)
+
+#: Laws that are trapped in the worlds of `trap_worlds`, and what gets through where not all are.
+TRAPPED: dict[str, tuple[Reactive, ...]] = {
+    "goal near an obstacle": (KHATIB,),
+    "U": (PotentialField(), VectorFieldHistogram(), DynamicWindow()),
+    "dead end": (VectorFieldHistogram(), PotentialField(), DynamicWindow()),
+    "side door": (DynamicWindow(),),
+    "Table 5": (PotentialField(), VectorFieldHistogram(), DynamicWindow()),
+}
+SPARED: dict[str, Reactive] = {
+    "goal near an obstacle": GE_CUI,
+    "side door": DynamicWindow(speed=0.05),
+}
+
+#: A robot with weak motors: its wheels gain a fortieth of what a Khepera IV's do (rad/s^2).
+WEAK = KheperaIV(max_wheel_rate_change=3.0)
+
+
 class Task(NamedTuple):
-    """A world, where to drive in it, and the length (m) of the shortest path there."""
+    """A world, where to drive in it, the length (m) of the shortest path there, and the robot."""
 
     world: World
     start: np.ndarray
     goal: np.ndarray
     shortest: float
+    robot: Robot | None = None
 
 
 def random_tasks(
@@ -129,6 +194,218 @@ def _make_task(world: World, seed: int) -> Task | None:
     return Task(world, start, goal, length) if length >= WORTH else None
 
 
+def room_like_barn(seed: int) -> World:
+    """A room as those of BARN are: a way in, and a field of cylinders that touch.
+
+    A cellular automaton clears single cells and fills narrow bays. The rooms are made by a rule
+    of our own, to train on; BARN's worlds are others.
+
+    Parameters
+    ----------
+    seed : int
+        Equal seeds give equal rooms.
+
+    Returns
+    -------
+    World
+        Discs of half a cell.
+
+    Raises
+    ------
+    InvalidParameter
+        For a seed that is not a whole number from 0 on.
+    """
+    rng = np.random.default_rng(checks.whole("seed", seed))
+    field = rng.random((FIELD, FIELD)) < rng.uniform(*FILLED)
+    for _ in range(rng.integers(2, 5)):
+        around = np.pad(field, 1, constant_values=True)
+        beside = sum(
+            np.roll(around, (i, j), (0, 1))[1:-1, 1:-1].astype(int)
+            for i in (-1, 0, 1)
+            for j in (-1, 0, 1)
+            if i or j
+        )
+        field = (beside > 4) | (field & (beside > 1))
+    cells = np.zeros((WAY_IN + FIELD, FIELD), bool)
+    cells[WAY_IN:] = field
+    cells[0] = cells[:, 0] = cells[:, -1] = True
+    row, column = np.nonzero(cells)
+    centers = np.column_stack([column, row]) * CELL + FIRST
+    return World([Disc(center, CELL / 2) for center in centers])
+
+
+def training_tasks(name: str) -> tuple[Task, ...]:
+    """What gains are searched on, one of `TUNED_FOR`.
+
+    Parameters
+    ----------
+    name : str
+        ``"random"`` or ``"barn"``.
+
+    Returns
+    -------
+    tuple of Task
+
+    Raises
+    ------
+    InvalidParameter
+        For any other name.
+    """
+    robot = TUNED_FOR[checks.choice("name", name, TUNED_FOR)]
+    if name == "random":
+        return tuple(
+            task._replace(robot=robot)
+            for area in DENSITIES.values()
+            for task in random_tasks(TASKS[name], TRAINING_SEED, PER_WORLD, area=area)
+        )
+    found: list[Task] = []
+    seed = TRAINING_SEED
+    while len(found) < TASKS[name]:
+        world, seed = room_like_barn(seed), seed + 1
+        try:
+            length = shortest_path(world, *ACROSS, robot, 0.0).path.length
+        except NoPath:
+            continue
+        start, goal = np.array(ACROSS)
+        found.append(Task(world, start, goal, length, robot))
+    return tuple(found)
+
+
+def load_laws(
+    file: str | PathLike[str] = DATA / "reactive_gains.csv",
+) -> dict[str, dict[str, Reactive]]:
+    """Laws with the gains that were found.
+
+    Parameters
+    ----------
+    file : path-like, optional
+        Written by ``tests/benchmarks/reactive.py --tune``.
+
+    Returns
+    -------
+    dict
+        What they were tuned for, of `TUNED_FOR`, to name of law, of `REACTIVE`, to law.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read, a row of an unknown law or gain, a gain that is missing,
+        twice or out of its range, or gains of which no law can be made.
+    """
+    path = checks.file("file", file)
+    rows = read_csv(path, {"tuned_for": str, "law": str, "gain": str, "value": float})
+    found: dict[tuple[str, str], dict[str, float]] = {
+        (aim, law): {} for aim in TUNED_FOR for law in GAIN_RANGES
+    }
+    for row in rows:
+        gains = found.get((row["tuned_for"], row["law"]), {})
+        low, high = GAIN_RANGES.get(row["law"], {}).get(row["gain"], (np.inf, -np.inf))
+        if not low <= row["value"] <= high or row["gain"] in gains:
+            raise InvalidData(
+                f"{path.name}, row {row['row']}: no gain within its range, or the second of its "
+                "name; tune the laws again"
+            )
+        gains[row["gain"]] = row["value"]
+    for (aim, law), gains in found.items():
+        if gains.keys() != GAIN_RANGES[law].keys():
+            raise InvalidData(f"{path.name} lacks gains of {law} for {aim}; tune the laws again")
+    try:
+        return {
+            aim: {name: getattr(reactive, law)(**found[aim, law]) for name, law in REACTIVE.items()}
+            for aim in TUNED_FOR
+        }
+    except InvalidParameter as error:
+        raise InvalidData(f"{path.name}: {error}; tune the laws again") from error
+
+
+def reactive_rivals(
+    file: str | PathLike[str] = DATA / "reactive_gains.csv",
+) -> dict[str, Rival]:
+    """The tuned laws as rivals of planners, for `rivals.compare`.
+
+    Parameters
+    ----------
+    file : path-like, optional
+        As for `load_laws`.
+
+    Returns
+    -------
+    dict
+        Name, of `REACTIVE`, to rival. It drives by the gains that were tuned for the robot whose
+        diameter is nearest, and returns where; it is told no margin, and keeps its own.
+
+    Raises
+    ------
+    InvalidData
+        As `load_laws`.
+    """
+    tuned = load_laws(file)
+    return {
+        name: partial(_drive, laws={aim: tuned[aim][name] for aim in TUNED_FOR})
+        for name in REACTIVE
+    }
+
+
+def trap_worlds() -> dict[str, Question]:
+    """Worlds in which a reactive law is known to fail, by name.
+
+    Returns
+    -------
+    dict
+        - ``"goal near an obstacle"``: the disc behind the goal pushes more than the goal pulls,
+          so that Khatib's field is lowest short of it: the problem of goals that cannot be
+          reached with obstacles nearby (S. Ge, Y. Cui, *IEEE T-RA* 16(5), 2000);
+        - ``"U"``: an obstacle that opens towards the start, the local minimum of every law that
+          looks at the goal and at what is near (Y. Koren, J. Borenstein, "Potential field
+          methods and their inherent limitations for mobile robot navigation", *ICRA* 1991);
+        - ``"dead end"``: a corridor that is closed farther away than a histogram reaches, which
+          VFH+ enters (I. Ulrich, J. Borenstein, "VFH*", *ICRA* 2000, which looks ahead for that);
+        - ``"side door"``: a door beside a corridor, for a robot with weak motors. At speed
+          its window holds no turn that leads through, and it is past the door's middle before
+          one does (D. Fox, W. Burgard, S. Thrun, *IEEE RAM* 4(1), 1997, on small
+          accelerations); the same robot passes it slowly;
+        - ``"Table 5"``: the paper's case 16(c), in which every free segment is danger.
+
+        `TRAPPED` has the laws that fail there, `SPARED` what gets through.
+    """
+    outside, inside = 0.25, 0.22
+    cup = [(0.5, -outside), (0.9, -outside), (0.9, outside), (0.5, outside)]
+    cup += [(0.5, inside), (0.87, inside), (0.87, -inside), (0.5, -inside)]
+    corridor = [
+        _wall((0.5, 0.13), (1.4, 0.17)),
+        _wall((0.5, -0.17), (1.4, -0.13)),
+        _wall((1.4, -0.17), (1.44, 0.17)),
+    ]
+    beside = [
+        _wall((-0.3, -0.18), (3.0, -0.14)),
+        _wall((-0.3, 0.14), (1.4, 0.18)),
+        _wall((1.6, 0.14), (3.0, 0.18)),
+    ]
+    return {
+        "goal near an obstacle": Question(
+            World([Disc(np.array([1.12, 0]), 0.03)]), (0, 0.01), (1, 0)
+        ),
+        "U": Question(World([Polygon(np.array(cup))]), (0, 0.01), (1.1, 0)),
+        "dead end": Question(World(corridor), (0, 0.02), (2.2, 0)),
+        "side door": Question(World(beside), (0, 0), (1.5, 0.6), WEAK),
+        "Table 5": pose_question(("paper", "16c")),
+    }
+
+
+def _wall(low: tuple[float, float], high: tuple[float, float]) -> Polygon:
+    """A rectangle from its lower left corner to its upper right one (m)."""
+    return Polygon(np.array([low, (high[0], low[1]), high, (low[0], high[1])]))
+
+
+def _drive(
+    world: World, start: Any, goal: Any, robot: Robot, _: float, laws: dict[str, Reactive]
+) -> ReactiveRun:
+    """What a robot drives by the law that is tuned for its like."""
+    robot = as_robot(robot)
+    aim = min(TUNED_FOR, key=lambda name: abs(TUNED_FOR[name].diameter - robot.diameter))
+    return react(laws[aim], world, start, goal, robot)
+
+
 def attempt(
     law: Reactive,
     task: Task,
@@ -149,7 +426,7 @@ def attempt(
     """
     checks.instance("task", task, Task, "one that random_tasks made")
     try:
-        run = react(law, *task[:3], disturbance=disturbance, seed=seed, **limits)
+        run = react(law, *task[:3], task.robot, disturbance=disturbance, seed=seed, **limits)
     except Trapped as trapped:
         return trapped.run, False
     return run, run.collision is None
@@ -172,7 +449,7 @@ def score(law: Reactive, tasks: Iterable[Task]) -> float:
     """
     ratios = []
     for task in _check_tasks(tasks):
-        run, arrived = attempt(law, task)
+        run, arrived = attempt(law, task, patience=PATIENCE)
         driven = float(np.hypot(*np.diff(run.pose[:2])).sum())
         ratios.append(min(driven / task.shortest, FAILED) if arrived else FAILED)
     return float(np.mean(ratios))

@@ -6,6 +6,8 @@ discs and polygons at three densities, and with ``--barn SOURCE`` the 300 worlds
 `freeseg.studies.rivals.summarise`, is printed; with ``--store FOLDER`` what is done is kept,
 and a run that was stopped goes on. The packages that it compares with are in ``peers.txt``;
 what is not installed is left out. ``--quick`` asks few questions and stores nothing.
+``--grow`` instead asks the exact planner and the triangulation in ever larger worlds of discs,
+and stores what they need in ``data/growth.csv``.
 
 All are told the map and the distance that the robot's centre has to keep, R_D:
 
@@ -16,6 +18,10 @@ All are told the map and the distance that the robot's centre has to keep, R_D:
   processor time, RRT-Connect stops at its first path.
 * A constrained triangulation: obstacles as polygons of 16 corners round each circle, Shewchuk's
   Triangle, then A* over triangles and a funnel, by cdt_path in Python.
+
+The reactive laws of `freeseg.studies.reacting`, with the gains that were found for them, drive a
+robot in the same worlds. They are told what each of them knows, which is less than the map but
+for the potential field, and no distance to keep.
 
 Times are of the processor and include all preparation. numba, the packages, and what they
 compile are loaded before.
@@ -33,10 +39,17 @@ from pathlib import Path
 import numpy as np
 import shapely
 from numba import njit
+from scipy.stats import theilslopes
 
 import freeseg as fs
+from freeseg.data import DATA, write_csv
 from freeseg.planners.query import ask
-from freeseg.studies import rivals
+from freeseg.studies import reacting, rivals
+
+FILE = DATA / "growth.csv"
+
+#: So many discs have the ever larger worlds, and so many there are of each size.
+SIZES, EACH = (10, 30, 100, 300, 1000, 3000, 10000), 10
 
 #: Cells of the grid search, as a share of R_D, and how far beyond the world it looks, in R_D.
 CELL, AROUND = 0.1, 3
@@ -351,6 +364,38 @@ def warm_up(present):
             continue
 
 
+def pose_grown(case):
+    """A world of so many discs, at the density of the sparse ones, and a query."""
+    n, seed = case
+    world = fs.random_world(n, seed)
+    return rivals.Question(world, *fs.random_query(world, seed))
+
+
+def grow(sizes=SIZES, each=EACH, file=FILE):
+    """Time against the number of obstacles: print medians and the exponent, and store rows."""
+    asked = {rivals.EXACT: fs.shortest_path, "triangulation": triangulation}
+    warm_up(asked)
+    rows = [
+        {"n": row["set"], "seed": row["question"]}
+        | {name: row[name] for name in ("rival", "outcome")}
+        | {name: round(row[name], 6) for name in ("length_m", "optimum_m", "ms")}
+        for row in rivals.compare(
+            [(n, seed) for seed in range(each) for n in sizes], asked, pose_grown
+        )
+    ]
+    for name in asked:
+        some = [row for row in rows if row["rival"] == name]
+        n, ms = (np.array([row[key] for row in some], float) for key in ("n", "ms"))
+        medians = ", ".join(f"{size}: {np.median(ms[n == size]):.1f} ms" for size in sizes)
+        large = n >= 1000
+        if large.any():
+            k, _, low, high = theilslopes(np.log(ms[large]), np.log(n[large]))
+            medians += f"; exponent from 1000 on {k:.2f} [{low:.2f}, {high:.2f}]"
+        print(f"{name:15s}{medians}")
+    if file:
+        write_csv(file, rows)
+
+
 def show(rows):
     """Print a table for each set."""
     last = None
@@ -373,7 +418,11 @@ def main(arguments=None):
     parser.add_argument("--barn", help="folder of BARN's files, or its arrays")
     parser.add_argument("--store", help="folder where what is done is kept")
     parser.add_argument("--quick", action="store_true", help="few questions, nothing stored")
+    parser.add_argument("--grow", action="store_true", help="ever larger worlds instead")
     options = parser.parse_args(arguments)
+    if options.grow:
+        grow()
+        return
     worlds = 1 if options.quick else options.worlds
     cases = [("paper", name) for name in fs.load_cases()][: 2 if options.quick else None]
     # Of all sets in turn, so that a run in the same store may ask for more.
@@ -384,8 +433,11 @@ def main(arguments=None):
     present = installed()
     warm_up(present)
     where = functools.partial(pose, source=options.barn)
-    # One after the other: two at once would slow each other down.
-    asked = rivals.compare(cases, present, where, jobs=1, store=options.store)
+    asked = []
+    for name, some in (("planners", present), ("laws", reacting.reactive_rivals())):
+        store = Path(options.store, name) if options.store else None
+        # One after the other: two at once would slow each other down.
+        asked += rivals.compare(cases, some, where, jobs=1, store=store)
     rows = rivals.summarise(asked)
     show(rows)
     if not options.quick:
