@@ -495,6 +495,10 @@ CALLS = {
         {"law": fs.DynamicWindow(), "world": WORLD, "goal": (1, 1), "run": RUN, "step": 1}
         | {"ax": AX},
     ),
+    "plot_turns": (
+        fs.plotting.plot_turns,
+        {"judged": orders.judge_orders(ORDERS), "points": [(0, 1)], "ax": AX},
+    ),
     "plot_tracks": (
         fs.plotting.plot_tracks,
         {"world": WORLD, "start": (0, 0), "goal": (1, 1), "tracks": {"one": PLAN}, "ax": AX},
@@ -688,6 +692,7 @@ CALLS = {
         duels.length_ratios,
         {"rows": COMPARED, "sets": ["paper"], "reference": rivals.EXACT, "risk": 0.05},
     ),
+    "load_tracks": (duels.load_tracks, {"file": data.DATA / "rival_tracks.csv"}),
     "tracks_of": (
         duels.tracks_of,
         {"rivals": RIVALS, "question": rivals.pose_question(("paper", "13a"))},

@@ -105,3 +105,16 @@ def test_tracks_are_those_of_the_rivals(cases):
     assert list(found) == ["exact", "trapped"]
     assert found["exact"].path.length == fs.shortest_path(*question).path.length
     assert isinstance(found["trapped"], fs.Run)
+
+
+def test_stored_tracks_keep_their_distance_and_arrive():
+    found = duels.load_tracks()
+    assert list(found) == [("paper", "16c"), ("sparse", 11)]
+    for case, tracks in found.items():
+        question = rivals.pose_question(case)
+        assert len(tracks) == 5
+        for points in tracks.values():
+            # Stored to a hundredth of a millimetre.
+            said = rivals.judge_track(points, *question[:3], within=2e-5)
+            assert said["arrives"]
+            assert said["clearance_m"] > fs.plan(*question).turning_radius - 2e-5

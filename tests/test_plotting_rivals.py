@@ -122,3 +122,18 @@ def test_a_chase_shows_what_was_driven_by_then():
     for t, count in ((-1.0, 1), (1e6, len(run.t))):
         ax = fs.plotting.plot_chase(DISC, (0, 0), GOAL, run, t)
         assert len(ax.lines[-1].get_xdata()) == count
+
+
+def test_turns_have_a_line_for_each_number_and_a_dot_for_each_case():
+    judged = [
+        {"n": n, "share": share, "ratio": 1.1 - share / 10, "searched": 3}
+        for n in (5, 9)
+        for share in (0.0, 0.5, 0.9)
+    ]
+    empty = {"n": 9, "share": 1.0, "ratio": np.nan, "searched": 0}
+    ax = fs.plotting.plot_turns([*judged, empty], [(0.5, 0.9)])
+    assert labels(ax) == ["5 obstacles", "9 obstacles", "the paper's cases"]
+    assert_allclose(ax.lines[1].get_xydata(), [(0, 1.1), (0.5, 1.05), (0.9, 1.01)])
+    assert_allclose(ax.lines[2].get_xydata(), [(0.5, 0.9)])
+    with pytest.raises(fs.InvalidParameter, match="judge_orders"):
+        fs.plotting.plot_turns([{"n": 3}])

@@ -38,6 +38,7 @@ from freeseg.plotting.rivals import (
     plot_forces,
     plot_histogram,
     plot_tracks,
+    plot_turns,
     plot_window,
 )
 from freeseg.plotting.robots import (
@@ -143,6 +144,7 @@ __all__ = [
     "plot_tracks",
     "plot_tradeoff",
     "plot_turn",
+    "plot_turns",
     "plot_wheels",
     "plot_window",
     "plot_world",

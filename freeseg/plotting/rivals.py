@@ -5,7 +5,9 @@ from dataclasses import replace
 from itertools import cycle
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import PercentFormatter
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
@@ -206,6 +208,44 @@ def _worth_of(law, v, omega, world, goal, pose, robot, dt):
     ahead, left = cos * away[0] + sin * away[1], cos * away[1] - sin * away[0]
     worth = law.objective(v, omega, dist, ahead, left, robot)
     return np.where(law.admissible(v, omega, dist, robot, dt), worth, np.nan)
+
+
+def plot_turns(judged, points=None, ax=None):
+    """Distances that safety first takes over those of length first, against the share of danger.
+
+    Parameters
+    ----------
+    judged : sequence of dict
+        From `judge_orders`: a line for each number of obstacles.
+    points : array_like, shape (k, 2), optional
+        Share of danger and ratio of single cases.
+    ax : matplotlib Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    checks.instances("judged", judged, Mapping, "what judge_orders returns")
+    numbers = ("n", "share", "ratio", "searched")
+    if any(not one.keys() >= {*numbers} for one in judged):
+        raise InvalidParameter(f"judged is {checks.shown(judged)}; give what judge_orders returns")
+    found = [one for one in judged if one["searched"]]
+    ax = new_axes(ax, (6.5, 4))
+    each = sorted({one["n"] for one in found})
+    for place, n in enumerate(each):
+        shade = colormaps["cividis_r"](0.1 + 0.85 * place / len(each))
+        line = [(one["share"], one["ratio"]) for one in found if one["n"] == n]
+        ax.plot(*np.transpose(line), "o-", color=shade, ms=4, lw=1.3, label=f"{n} obstacles")
+    if points is not None:
+        points = checks.array("points", points, (None, 2), unit="share and ratio")
+        style = {"color": PALETTE["tracked"], "ms": 6, "zorder": 5}
+        ax.plot(*points.T, "D", label="the paper's cases", **style)
+    ax.axhline(1, color="0.3", lw=1)
+    ax.xaxis.set_major_formatter(PercentFormatter(1))
+    ax.set(xlabel="share of danger segments", ylabel="distances: safety first / length first")
+    ax.legend(frameon=False, ncols=2, fontsize=9)
+    return ax
 
 
 def plot_tracks(world, start, goal, tracks, ax=None, colors=None):

@@ -8,11 +8,13 @@ pairs are tested so strictly that all that is said of them holds together (Bonfe
 
 import math
 from collections.abc import Iterable, Mapping
+from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from freeseg import checks
+from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidParameter, Trapped
 from freeseg.studies.rivals import ALIKE, STORED, Question, Rival, summarise
 from freeseg.studies.statistics import RESAMPLES, share
@@ -277,3 +279,35 @@ def tracks_of(rivals: Mapping[str, Rival], question: Question) -> dict[str, Any]
         if track is not None:
             found[name] = track
     return found
+
+
+def load_tracks(
+    file: str | PathLike[str] = DATA / "rival_tracks.csv",
+) -> dict[tuple[str, Any], dict[str, np.ndarray]]:
+    """Stored tracks of rivals from elsewhere, whose packages it takes to find them.
+
+    Parameters
+    ----------
+    file : path-like, optional
+        Written by ``tests/benchmarks/rival_tracks.py``.
+
+    Returns
+    -------
+    dict
+        Case, as of `rivals.pose_question`, to name to points (m), shape (k, 2).
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read.
+    """
+    columns = {"set": str, "question": str, "rival": str, "x": float, "y": float}
+    found: dict[tuple[str, Any], dict[str, Any]] = {}
+    for row in read_csv(file, columns):
+        question = row["question"]
+        case = row["set"], int(question) if question.isdecimal() else question
+        found.setdefault(case, {}).setdefault(row["rival"], []).append((row["x"], row["y"]))
+    return {
+        case: {name: np.array(points) for name, points in tracks.items()}
+        for case, tracks in found.items()
+    }
