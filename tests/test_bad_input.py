@@ -686,6 +686,15 @@ CALLS = {
     "turning_interval": (orders.turning_interval, {"rows": ORDERS, "seed": 0, "resamples": 2}),
     "pool": (duels.pool, {"rows": COMPARED, "sets": ["paper"]}),
     "fastest": (duels.fastest, {"found": duels.pool(COMPARED, ["paper"]), "near": 0.5}),
+    "shortest": (duels.shortest, {"found": duels.pool(COMPARED, ["paper"])}),
+    "barn_scores": (
+        duels.barn_scores,
+        {
+            "rows": [row | {"set": "barn"} for row in COMPARED],
+            "lengths": {"13a": 1.0},
+            "speed": 1.0,
+        },
+    ),
     "differs": (duels.differs, {"one": 1, "other": 2, "tests": 1, "risk": 0.05}),
     "duel": (duels.duel, {"rows": COMPARED, "sets": ["paper"], "risk": 0.05}),
     "length_ratios": (

@@ -92,6 +92,30 @@ def test_the_fastest_is_sought_among_those_that_fail_nowhere(rows):
         duels.fastest(found, 1.5)
 
 
+def test_the_shortest_is_sought_among_those_that_keep_their_distance(rows):
+    some = [one for one in rows if one["rival"] != "c"]
+    whole = duels.pool([one for one in some if one["question"] < 30], ["one"])
+    assert duels.shortest(whole) == "a"
+    close = [one | {"clearance_m": 0.06 + 0.04 * (one["rival"] == "b")} for one in some]
+    assert duels.shortest(duels.pool([r for r in close if r["question"] < 30], ["one"])) == "b"
+    with pytest.raises(fs.InvalidParameter, match="no rival"):
+        duels.shortest({"b": duels.pool(rows, ["one"])["b"]})
+
+
+def test_scores_of_barn_by_hand():
+    lengths = {0: 10.0, 1: 8.0}
+    some = [row(0, "a", 9.0, kind="barn"), row(1, "a", 16.0, kind="barn")]
+    some += [row(0, "b", 100.0, kind="barn"), row(1, "b", None, kind="barn")]
+    # T_0 is 5 s and 4 s: 9 s are too short to count, 16 s are four times as long.
+    found = duels.barn_scores(some, lengths)
+    assert found["a"] == (pytest.approx((0.5 + 0.25) / 2), 1)
+    # The least is an eighth, but for a run that does not arrive.
+    assert found["b"] == (pytest.approx(0.125 / 2), 0)
+    assert duels.barn_scores(some, lengths, speed=2.0)["a"] == (pytest.approx(0.5), 2)
+    with pytest.raises(fs.InvalidParameter, match="world 1"):
+        duels.barn_scores(some, {0: 10.0})
+
+
 def test_tracks_are_those_of_the_rivals(cases):
     question = rivals.pose_question(("paper", "16c"))
     law = fs.VectorFieldHistogram()

@@ -25,6 +25,9 @@ RISK = 0.05
 #: Of more tests together, none would be decided.
 MOST_TESTS = 1_000_000
 
+#: Speed (m/s) of BARN's optimal time.
+BARN_SPEED = 2.0
+
 
 class Duels(NamedTuple):
     """Who of some rivals solves what another does not.
@@ -116,6 +119,38 @@ def fastest(found: Mapping[str, Mapping[str, Any]], near: float = 0.0) -> str:
         raise InvalidParameter(f"found is {checks.shown(found)}; give what pool returns") from error
     if not fit:
         raise InvalidParameter(f"near is {near:g}, and no rival does as well; give less")
+    return min(fit, key=lambda name: fit[name])
+
+
+def shortest(found: Mapping[str, Mapping[str, Any]]) -> str:
+    """Of the rivals that solve all that can be, and keep R_D, who is least beyond the optimum.
+
+    Parameters
+    ----------
+    found : dict
+        From `pool`.
+
+    Returns
+    -------
+    str
+        Its name: the longest of its tracks is least, relative to the optimum.
+
+    Raises
+    ------
+    InvalidParameter
+        Where there is none, or for what is no such dict.
+    """
+    checks.instance("found", found, Mapping, "what pool returns")  # type: ignore[type-abstract]
+    try:
+        fit = {
+            name: one["max_ratio"]
+            for name, one in found.items()
+            if one["keeps"] == one["solved"] == one["solvable"]
+        }
+    except (KeyError, TypeError) as error:
+        raise InvalidParameter(f"found is {checks.shown(found)}; give what pool returns") from error
+    if not fit:
+        raise InvalidParameter("found has no rival that keeps R_D everywhere; give more of them")
     return min(fit, key=lambda name: fit[name])
 
 
@@ -310,4 +345,53 @@ def load_tracks(
     return {
         case: {name: np.array(points) for name, points in tracks.items()}
         for case, tracks in found.items()
+    }
+
+
+def barn_scores(
+    rows: Iterable[Mapping[str, Any]], lengths: Mapping[int, float], speed: float = 1.0
+) -> dict[str, tuple[float, int]]:
+    """Score that BARN would give to each rival's tracks, driven at a constant speed.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        From `rivals.compare`, or as stored; those of the set ``"barn"`` count.
+    lengths : dict
+        Number of a world to the length (m) that is called optimal.
+    speed : float, optional
+        At which the tracks are driven (m/s); turning takes no time.
+
+    Returns
+    -------
+    dict
+        Name to the mean score, and to how many tracks score the most there is.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no such rows or lengths, a world of which there is no length, or a
+        speed that is not positive.
+
+    Notes
+    -----
+    With the time T of a run and the optimal time T_0, which is that of the optimal length at
+    2 m/s, a run that arrives without a collision scores T_0 / clip(T, 2 T_0, 8 T_0), and any
+    other nothing: the navigation metric of the BARN Challenge, as its script ``run.py``
+    computes it.
+    """
+    checks.instance("lengths", lengths, Mapping, "a dict of world to length (m)")  # type: ignore[type-abstract]
+    speed = checks.positive("speed", speed)
+    scores: dict[str, list[float]] = {}
+    for row in _of_sets(rows, ["barn"]):
+        if row["question"] not in lengths:
+            raise InvalidParameter(f"lengths lacks world {row['question']}; give its length (m)")
+        best = checks.positive("length", lengths[row["question"]]) / BARN_SPEED
+        time = row["length_m"] / speed
+        solved = row["arrives"] and not row["collides"]
+        found = best / min(max(time, 2 * best), 8 * best) if solved else 0.0
+        scores.setdefault(row["rival"], []).append(found)
+    return {
+        name: (float(np.mean(found)), sum(one >= 0.5 for one in found))
+        for name, found in scores.items()
     }
