@@ -126,6 +126,7 @@ def plot_histogram(law, world, goal, pose, robot=None, ax=None):
         end = pose[:2] + 1.3 * outer * unit(chosen)
         ax.annotate("", end, pose[:2], arrowprops=style, zorder=6)
         ax.plot([], [], color=PALETTE["tracked"], lw=2.5, label="direction chosen")
+    ax.plot(*goal, "k*", ms=11, zorder=6, label="goal")
     return ax
 
 
