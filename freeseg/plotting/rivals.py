@@ -44,7 +44,7 @@ TRACKS = ["planned", "tracked", "safe", "danger", "turning", "error", "left"]
 DASHES = ["-", (0, (5, 1.5)), (0, (1.5, 1))]
 
 #: Width of the last track's line, and by how much each one before it is wider (points).
-THINNEST, WIDER = 1.4, 1.3
+THINNEST, WIDER = 1.4, 0.9
 
 
 def plot_forces(field, world, goal, point, robot=None, ax=None):
@@ -145,7 +145,7 @@ def _draw_sectors(middle, inner, tall, blocked, ax):
     for (low, high), bar, bad in zip(angles, tall, blocked.tolist(), strict=True):
         far, color = inner + bar, PALETTE["danger" if bad else "safe"]
         corners = [inner * unit(low), far * unit(low), far * unit(high), inner * unit(high)]
-        bars = ax.fill(*(middle + corners).T, color=color, lw=0, zorder=3)
+        bars = ax.fill(*(middle + corners).T, color=color, lw=0, zorder=1.5)
         bars[0].set_label(labels.pop(bad, None))
 
 
@@ -191,7 +191,7 @@ def plot_window(law, world, goal, run, step, ax=None):
     ax.fill([], [], color=PALETTE["obstacle"], label="cannot stop in time")
     ax.plot(present[1], present[0], "o", color=PALETTE["error"], ms=6, zorder=4, label="driven now")
     chosen = robot.to_body(run.asked[:, step])
-    style = {"color": PALETTE["tracked"], "ms": 14, "mec": "white", "zorder": 5}
+    style = {"color": PALETTE["tracked"], "ms": 14, "mec": "white", "zorder": 5, "clip_on": False}
     ax.plot(chosen[1], chosen[0], "*", label="chosen", **style)
     ax.set(xlabel="turn rate (rad/s); positive to the left", ylabel="speed (mm/s)")
     # The robot's left is on the left.

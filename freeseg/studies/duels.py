@@ -392,6 +392,6 @@ def barn_scores(
         found = best / min(max(time, 2 * best), 8 * best) if solved else 0.0
         scores.setdefault(row["rival"], []).append(found)
     return {
-        name: (float(np.mean(found)), sum(one >= 0.5 for one in found))
+        name: (float(np.mean(found)), sum(one > 0.5 - ALIKE for one in found))
         for name, found in scores.items()
     }
