@@ -275,7 +275,7 @@ def test_rivals_drive_by_the_gains_for_their_robot(tuned):
     for name, rival in reacting.reactive_rivals().items():
         for robot, aim in ((None, "random"), (wide, "barn")):
             run = rival(world, *ends, robot, 0.005)
-            again = fs.react(tuned[aim][name], world, *ends, robot)
+            again = fs.react(tuned[aim][name], world, *ends, robot, patience=reacting.PATIENCE)
             assert (run.pose == again.pose).all()
             assert run.robot == again.robot
 

@@ -87,6 +87,11 @@ class DynamicWindow:
         For a gain that is negative, not finite or zero, but for the weights and the margin,
         which may be zero; for under 2 speeds or 3 turns, or over
         `MOST_VALUES`.
+
+    Notes
+    -----
+    Checked against the paper's abstract and what is quoted from it: the maximised (D1), with
+    sigma for the smoothing, and (D3). The numbers of its equations could not be checked.
     """
 
     to_goal: float = 2.0

@@ -71,6 +71,13 @@ class PotentialField:
     InvalidParameter
         For a gain that is not finite or negative, or zero but for the order and the repulsion.
 
+    Notes
+    -----
+    Of Ge and Cui's paper we had the abstract and the first page, which give the problem and the
+    remedy: a repulsion that takes the distance from the goal into account, so that the goal is
+    the lowest point. (P2) is the form that is quoted from it everywhere, and a test has (P4) as
+    its gradient; the numbers of the paper's equations could not be checked.
+
     Examples
     --------
     >>> import freeseg as fs

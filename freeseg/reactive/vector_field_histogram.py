@@ -91,6 +91,13 @@ class VectorFieldHistogram:
         For a gain that is negative, not finite or zero, but for the margin, the weights and the
         lower threshold, which may be zero; a threshold ``low`` above ``high``; or under 8
         sectors, or over `MOST_SECTORS`.
+
+    Notes
+    -----
+    Checked against the beginning of the paper, the four stages, and against a public program
+    written after it: (V2), sectors of five degrees, both thresholds, the wide opening, and a
+    first weight above the sum of the others. There a reading at the rim still weighs a
+    little; by (V1) it weighs nothing.
     """
 
     reach: float = 0.65

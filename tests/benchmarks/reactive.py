@@ -7,7 +7,7 @@ of them. A law alone is timed, without the robot, by the processor's own time. P
 
 ``--tune`` searches the gains of every law by the same number of evaluations, see
 `freeseg.studies.reacting`, and stores them in ``data/reactive_gains.csv``, with what the
-defaults score on the same tasks. Half an hour on one core; with ``--store FOLDER`` a search that
+defaults score on the same tasks. Ten minutes on one core; with ``--store FOLDER`` a search that
 was stopped goes on.
 """
 
@@ -25,7 +25,7 @@ from freeseg.studies.store import COLUMNS
 FILE = DATA / "reactive_gains.csv"
 
 #: Evaluations of a search.
-BUDGET = 80
+BUDGET = 48
 
 LAWS = fs.PotentialField(), fs.VectorFieldHistogram(), fs.DynamicWindow()
 

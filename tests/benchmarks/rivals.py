@@ -316,7 +316,7 @@ def installed():
             print(f"{name} is left out: {package} is not installed")
         else:
             found[name] = rival
-    return found
+    return found | reacting.reactive_rivals()
 
 
 def pose(case, source=None):
@@ -433,11 +433,8 @@ def main(arguments=None):
     present = installed()
     warm_up(present)
     where = functools.partial(pose, source=options.barn)
-    asked = []
-    for name, some in (("planners", present), ("laws", reacting.reactive_rivals())):
-        store = Path(options.store, name) if options.store else None
-        # One after the other: two at once would slow each other down.
-        asked += rivals.compare(cases, some, where, jobs=1, store=store)
+    # One after the other: two at once would slow each other down.
+    asked = rivals.compare(cases, present, where, jobs=1, store=options.store)
     rows = rivals.summarise(asked)
     show(rows)
     if not options.quick:
