@@ -9,9 +9,10 @@ import shapely
 from test_benchmarks import load
 
 import freeseg as fs
+from freeseg.data import read_csv
 from freeseg.path import Arc, Line
 from freeseg.plan import turning_radius
-from freeseg.studies import rivals
+from freeseg.studies import reacting, rivals
 
 DISC = fs.World([fs.Disc((0, 0), 0.1)])
 ENDS = (-1.0, 0.3), (1.0, 0.3)
@@ -261,11 +262,21 @@ def test_the_check_of_lines_is_shapelys(script):
 
 def test_benchmark(script, capsys, monkeypatch):
     # The packages that are no part of the environment are left out.
-    monkeypatch.setattr(script, "ELSEWHERE", {"grid": (script.theta_star, "numba")})
+    monkeypatch.setattr(script, "ELSEWHERE", {"grid": (straight, "numba")})
     script.main(["--quick"])
     printed = capsys.readouterr().out
     for line in ("paper: 2 questions, 2 with a path", "dense: 1 questions", "exact  ", "grid  "):
         assert line in printed
+
+
+def test_growth(script, capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(script, "triangulation", straight)
+    monkeypatch.setattr(script, "warm_up", lambda rivals: None)
+    script.grow((3, 6), 2, tmp_path / "growth.csv")
+    assert "3: " in capsys.readouterr().out
+    rows = read_csv(tmp_path / "growth.csv", {"n": int, "seed": int, "rival": str, "ms": float})
+    assert [(row["n"], row["seed"]) for row in rows[::2]] == [(3, 0), (6, 0), (3, 1), (6, 1)]
+    assert {row["rival"] for row in rows} == {"exact", "triangulation"}
 
 
 @pytest.fixture(scope="module")
@@ -320,7 +331,7 @@ def test_all_rivals_were_asked_the_same_questions(stored):
     asked = {}
     for row in stored:
         asked.setdefault(row["rival"], []).append((row["set"], row["question"]))
-    assert rivals.OF_FREESEG.keys() <= asked.keys()
+    assert rivals.OF_FREESEG.keys() | reacting.REACTIVE.keys() <= asked.keys()
     questions = set(asked[rivals.EXACT])
     assert all(set(some) == questions for some in asked.values())
     assert {kind for kind, _ in questions} == {"paper", "barn", *rivals.DENSITIES}
@@ -340,9 +351,17 @@ def test_stored_rows_are_those_of_legal_planners(stored):
     assert by_name["paper", "paper, its words"]["solved"] == 13
 
 
+def test_laws_that_do_not_arrive_say_so(stored):
+    for row in stored:
+        if row["rival"] in reacting.REACTIVE:
+            assert row["outcome"] == ("path" if row["arrives"] else "Trapped")
+            assert row["length_m"] >= 0
+
+
 def test_some_stored_rows_are_found_again(stored):
     known = {(row["set"], row["question"], row["rival"]): row for row in stored}
-    for row in rivals.compare([("paper", "16c"), ("sparse", 7), ("dense", 5)]):
+    asked = [("paper", "16c"), ("sparse", 2), ("dense", 5)]
+    for row in rivals.compare(asked, rivals.OF_FREESEG | reacting.reactive_rivals()):
         before = known[row["set"], row["question"], row["rival"]]
         for name in ("outcome", "arrives", "collides"):
             assert row[name] == before[name]

@@ -49,7 +49,7 @@ from freeseg.studies import reacting, rivals
 FILE = DATA / "growth.csv"
 
 #: So many discs have the ever larger worlds, and so many there are of each size.
-SIZES, EACH = (10, 30, 100, 300, 1000, 3000, 10000), 10
+SIZES, EACH = (10, 30, 100, 300, 1000, 3000, 10000), 5
 
 #: Cells of the grid search, as a share of R_D, and how far beyond the world it looks, in R_D.
 CELL, AROUND = 0.1, 3
@@ -307,7 +307,7 @@ ELSEWHERE = {
 
 
 def installed():
-    """All rivals whose packages are there, by name."""
+    """All planners whose packages are there, by name."""
     found = dict(rivals.OF_FREESEG)
     for name, (rival, package) in ELSEWHERE.items():
         try:
@@ -316,7 +316,7 @@ def installed():
             print(f"{name} is left out: {package} is not installed")
         else:
             found[name] = rival
-    return found | reacting.reactive_rivals()
+    return found
 
 
 def pose(case, source=None):
@@ -434,6 +434,7 @@ def main(arguments=None):
     warm_up(present)
     where = functools.partial(pose, source=options.barn)
     # One after the other: two at once would slow each other down.
+    present |= reacting.reactive_rivals()
     asked = rivals.compare(cases, present, where, jobs=1, store=options.store)
     rows = rivals.summarise(asked)
     show(rows)
