@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from lessons import lesson
+from test_benchmarks import load
 
 import freeseg as fs
 from freeseg.data import DATA, read_csv
@@ -107,3 +108,14 @@ def test_who_is_named_fastest_failed_nowhere(rows):
         assert all(is_solved(row) for row in of)
         near = [row["length_m"] <= 1.01 * row["optimum_m"] for row in of]
         assert np.mean(near) >= 0.95
+
+
+def test_what_is_said_of_the_tuning():
+    assert load("reactive").BUDGET == 48
+    assert reacting.TASKS == {"random": 3, "barn": 3}
+    assert len(rivals.DENSITIES) * reacting.TASKS["random"] == 9
+    columns = {"tuned_for": str, "law": str, "score": float}
+    gains = read_csv(DATA / "reactive_gains.csv", columns)
+    scores = {(row["tuned_for"], row["law"]): row["score"] for row in gains}
+    failed = [key for key, score in scores.items() if score == reacting.FAILED]
+    assert failed == [("barn", "PotentialField")]
