@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lessons import lesson
+from lessons import definitions
 from test_benchmarks import load
 
 import freeseg as fs
@@ -12,17 +12,39 @@ from freeseg.studies import duels, orders, reacting, rivals
 STEM = "13_compare_the_planners"
 
 
+NAMES = [
+    "rows",
+    "kept",
+    "shorter",
+    "ours",
+    "words",
+    "cases",
+    "stored",
+    "counts",
+    "lines",
+    "turns",
+    "drives",
+]
+NAMES += ["by_law", "elsewhere", "radius", "scores", "quick", "by_set"]
+
+
 @pytest.fixture(scope="module")
-def rows():
-    return rivals.load_rivals()
+def said():
+    """What the lesson calls by these names; its lines run once."""
+    return definitions(STEM, *NAMES)
+
+
+@pytest.fixture(scope="module")
+def rows(said):
+    return said["rows"]
 
 
 def is_solved(row):
     return row["arrives"] and not row["collides"]
 
 
-def test_the_first_table_counts_what_the_rows_hold(rows):
-    kept, shorter, ours, words = lesson(STEM, "kept", "shorter", "ours", "words")
+def test_the_first_table_counts_what_the_rows_hold(rows, said):
+    kept, shorter, ours, words = said["kept"], said["shorter"], said["ours"], said["words"]
     keeping = [row for row in rows if is_solved(row) and row["clearance_m"] > row["keeps_m"] - 1e-6]
     assert kept == len(keeping)
     assert shorter == sum(row["length_m"] < row["optimum_m"] - 1e-6 for row in keeping)
@@ -31,22 +53,22 @@ def test_the_first_table_counts_what_the_rows_hold(rows):
         assert (found["questions"], found["solved"]) == (len(of), sum(map(is_solved, of)))
 
 
-def test_nobody_who_keeps_the_distance_is_shorter_and_nothing_solvable_is_missed(rows):
-    assert lesson(STEM, "shorter") == 0
+def test_nobody_who_keeps_the_distance_is_shorter_and_nothing_solvable_is_missed(rows, said):
+    assert said["shorter"] == 0
     for row in rows:
         if row["rival"] == "exact":
             assert is_solved(row) == np.isfinite(row["optimum_m"])
 
 
-def test_the_cases_are_counted_as_stored():
-    cases, stored, counts = lesson(STEM, "cases", "stored", "counts")
+def test_the_cases_are_counted_as_stored(said):
+    cases, stored, counts = said["cases"], said["stored"], said["counts"]
     assert len(cases) == 16
     for one, row in zip(cases, stored, strict=False):
         assert [one[key] for key in counts] == [row[key] for key in counts]
 
 
-def test_the_orders_differ_by_about_a_quarter_of_the_distances_at_most():
-    lines, turns = lesson(STEM, "lines", "turns")
+def test_the_orders_differ_by_about_a_quarter_of_the_distances_at_most(said):
+    lines, turns = said["lines"], said["turns"]
     found = [one["ratio"] for one in orders.judge_orders(lines) if one["searched"]]
     assert 0.73 < min(found) < max(found) < 1.2
     # One distance for each segment, four for each danger one.
@@ -54,14 +76,14 @@ def test_the_orders_differ_by_about_a_quarter_of_the_distances_at_most():
     assert turns[500] == pytest.approx(0.25, abs=0.002)
 
 
-def test_three_robots_are_trapped_and_none_collides():
-    drives = lesson(STEM, "drives")
+def test_three_robots_are_trapped_and_none_collides(said):
+    drives = said["drives"]
     assert [arrived for _, arrived in drives.values()] == [False, True, False, False]
     assert all(run.collision is None for run, _ in drives.values())
 
 
-def test_two_laws_get_out_of_the_case_where_all_segments_are_danger():
-    by_law, elsewhere = lesson(STEM, "by_law", "elsewhere")
+def test_two_laws_get_out_of_the_case_where_all_segments_are_danger(said):
+    by_law, elsewhere = said["by_law"], said["elsewhere"]
     arrived = {}
     for case in elsewhere:
         question = rivals.pose_question(case)
@@ -71,8 +93,8 @@ def test_two_laws_get_out_of_the_case_where_all_segments_are_danger():
     assert arrived == {"paper": [False, True, True], "sparse": [False, True, False]}
 
 
-def test_radii_are_those_of_the_robots():
-    radius = lesson(STEM, "radius")
+def test_radii_are_those_of_the_robots(said):
+    radius = dict(said["radius"])
     assert radius.pop("barn") == reacting.TUNED_FOR["barn"].radius
     assert set(radius.values()) == {fs.KheperaIV().radius}
 
@@ -92,8 +114,8 @@ def test_the_optimum_of_barn_is_that_of_its_file(rows):
         assert world["lower_bound_m"] == pytest.approx(world["length_m"], abs=2e-6)
 
 
-def test_by_the_reference_nearly_all_who_arrive_get_full_marks(rows):
-    by_reference, by_optimum = lesson(STEM, "as_it_is", "true")
+def test_by_the_reference_nearly_all_who_arrive_get_full_marks(rows, said):
+    by_reference, by_optimum = said["scores"]
     for name, (mean, full) in by_reference.items():
         of = [row for row in rows if row["set"] == "barn" and row["rival"] == name]
         assert full > 0.8 * sum(map(is_solved, of))
@@ -101,8 +123,8 @@ def test_by_the_reference_nearly_all_who_arrive_get_full_marks(rows):
     assert by_optimum["exact"] == (pytest.approx(0.5, abs=1e-6), by_reference["exact"][1])
 
 
-def test_who_is_named_fastest_failed_nowhere(rows):
-    quick = lesson(STEM, "quick")
+def test_who_is_named_fastest_failed_nowhere(rows, said):
+    quick = said["quick"]
     for kind, name in quick.items():
         of = [row for row in rows if row["set"] == kind and row["rival"] == name]
         assert all(is_solved(row) for row in of)
@@ -119,3 +141,30 @@ def test_what_is_said_of_the_tuning():
     scores = {(row["tuned_for"], row["law"]): row["score"] for row in gains}
     failed = [key for key, score in scores.items() if score == reacting.FAILED]
     assert failed == [("barn", "PotentialField")]
+
+
+def test_at_equal_clearance_nobody_is_shorter(rows):
+    for row in rows:
+        if is_solved(row) and np.isfinite(row["equal_m"]):
+            assert row["length_m"] > row["equal_m"] - 2e-6
+
+
+def test_what_the_last_words_say_of_the_planners(rows, said):
+    by_set = said["by_set"]
+    better = set()
+    for found in by_set.values():
+        exact, ours = found["exact"], found["paper, completed"]
+        assert ours["median_ms"] > exact["median_ms"]
+        assert found["paper, its words"]["solved"] < exact["solved"]
+        scans = found["VFH+"]["solved"], found["dynamic window"]["solved"]
+        better.add(np.sign(scans[0] - scans[1]))
+        assert found["grid, Lazy Theta*"]["median_ratio"] < 1.01
+    assert better >= {-1, 1}
+    assert by_set["paper"]["grid, Lazy Theta*"]["median_ms"] < by_set["paper"]["exact"]["median_ms"]
+    assert (
+        min(
+            found["dynamic window"]["solved"] / found["exact"]["solved"]
+            for found in by_set.values()
+        )
+        < 1
+    )
