@@ -7,7 +7,7 @@ pairs are tested so strictly that all that is said of them holds together (Bonfe
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -107,18 +107,28 @@ def fastest(found: Mapping[str, Mapping[str, Any]], near: float = 0.0) -> str:
     InvalidParameter
         Where there is none, or for what is no such dict or share.
     """
-    checks.instance("found", found, Mapping, "what pool returns")  # type: ignore[type-abstract]
     near = checks.not_negative("near", near)
+    return _least(found, "median_ms", lambda one: one["near"] >= near, f"near is {near:g}")
+
+
+def _least(
+    found: Mapping[str, Mapping[str, Any]],
+    key: str,
+    fits: Callable[[Mapping[str, Any]], bool],
+    wanted: str,
+) -> str:
+    """Name of the rival that solves all that can be, fits, and has the least of a number."""
+    checks.instance("found", found, Mapping, "what pool returns")  # type: ignore[type-abstract]
     try:
         fit = {
-            name: one["median_ms"]
+            name: one[key]
             for name, one in found.items()
-            if one["solved"] == one["solvable"] and one["near"] >= near
+            if one["solved"] == one["solvable"] and fits(one)
         }
     except (KeyError, TypeError) as error:
         raise InvalidParameter(f"found is {checks.shown(found)}; give what pool returns") from error
     if not fit:
-        raise InvalidParameter(f"near is {near:g}, and no rival does as well; give less")
+        raise InvalidParameter(f"{wanted}, and no rival does as well; ask for less")
     return min(fit, key=lambda name: fit[name])
 
 
@@ -140,18 +150,12 @@ def shortest(found: Mapping[str, Mapping[str, Any]]) -> str:
     InvalidParameter
         Where there is none, or for what is no such dict.
     """
-    checks.instance("found", found, Mapping, "what pool returns")  # type: ignore[type-abstract]
-    try:
-        fit = {
-            name: one["max_ratio"]
-            for name, one in found.items()
-            if one["keeps"] == one["solved"] == one["solvable"]
-        }
-    except (KeyError, TypeError) as error:
-        raise InvalidParameter(f"found is {checks.shown(found)}; give what pool returns") from error
-    if not fit:
-        raise InvalidParameter("found has no rival that keeps R_D everywhere; give more of them")
-    return min(fit, key=lambda name: fit[name])
+    return _least(
+        found,
+        "max_ratio",
+        lambda one: one["keeps"] == one["solved"],
+        "R_D is to be kept everywhere",
+    )
 
 
 def differs(one: int, other: int, tests: int = 1, risk: float = RISK) -> bool:
