@@ -168,3 +168,14 @@ def test_what_the_last_words_say_of_the_planners(rows, said):
         )
         < 1
     )
+
+
+def test_crowding_matters_most_to_the_words_of_the_paper(said):
+    by_set = said["by_set"]
+
+    def share(kind, name):
+        return by_set[kind][name]["solved"] / by_set[kind][name]["questions"]
+
+    falls = {name: share("sparse", name) - share("dense", name) for name in by_set["dense"]}
+    assert max(falls, key=falls.get) == "paper, its words"
+    assert all(abs(falls[law]) < 0.15 for law in reacting.REACTIVE)
