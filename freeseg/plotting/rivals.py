@@ -355,7 +355,8 @@ def plot_duels(names, alone, decided, ax=None):
         cell = (column - 0.5, row - 0.5)
         ax.add_patch(Rectangle(cell, 1, 1, fc=color, alpha=0.45, ec="0.8", lw=0.8))
         text = f"{alone[row, column]:.0f}"
-        ax.text(column, row, text, ha="center", va="center", fontsize=9)
+        weight = "bold" if more and decided[row, column] else "normal"
+        ax.text(column, row, text, ha="center", va="center", fontsize=9, weight=weight)
     ax.set(xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5))
     ax.set_xticks(range(n), names, rotation=30, ha="left")
     ax.set_yticks(range(n), names)
