@@ -21,6 +21,7 @@ from freeseg.segments import find_endpoints
 from freeseg.studies import (
     comparing,
     courses,
+    duels,
     orders,
     planning,
     reacting,
@@ -476,6 +477,37 @@ CALLS = {
             "ax": AX,
         },
     ),
+    "plot_forces": (
+        fs.plotting.plot_forces,
+        {"field": fs.PotentialField(), "world": WORLD, "goal": (1, 1), "point": (0, 0)}
+        | {"robot": ROBOT, "ax": AX},
+    ),
+    "plot_chase": (
+        fs.plotting.plot_chase,
+        {"world": WORLD, "start": (0, 0), "goal": (1, 1), "run": RUN, "t": 0.1, "ax": AX},
+    ),
+    "plot_histogram": (
+        fs.plotting.plot_histogram,
+        {"law": fs.VectorFieldHistogram(), "world": WORLD, "goal": (1, 1), "pose": (0, 0, 0)}
+        | {"robot": ROBOT, "ax": AX},
+    ),
+    "plot_window": (
+        fs.plotting.plot_window,
+        {"law": fs.DynamicWindow(), "world": WORLD, "goal": (1, 1), "run": RUN, "step": 1}
+        | {"ax": AX},
+    ),
+    "plot_turns": (
+        fs.plotting.plot_turns,
+        {"judged": orders.judge_orders(ORDERS), "points": [(0, 1)], "ax": AX},
+    ),
+    "plot_tracks": (
+        fs.plotting.plot_tracks,
+        {"world": WORLD, "start": (0, 0), "goal": (1, 1), "tracks": {"one": PLAN}, "ax": AX},
+    ),
+    "plot_duels": (
+        fs.plotting.plot_duels,
+        {"names": ["a"], "alone": [[0]], "decided": np.zeros((1, 1), bool), "ax": AX},
+    ),
     "plot_free_space": (
         fs.plotting.plot_free_space,
         {"world": WORLD, "goal": (1, 1), "clearance": 0.07, "ax": AX},
@@ -652,6 +684,29 @@ CALLS = {
     "compare_orders": (orders.compare_orders, {"cases": ["13a"], "jobs": 1, "store": None}),
     "judge_orders": (orders.judge_orders, {"rows": ORDERS}),
     "turning_share": (orders.turning_share, {"rows": ORDERS}),
+    "turning_interval": (orders.turning_interval, {"rows": ORDERS, "seed": 0, "resamples": 2}),
+    "pool": (duels.pool, {"rows": COMPARED, "sets": ["paper"]}),
+    "fastest": (duels.fastest, {"found": duels.pool(COMPARED, ["paper"]), "near": 0.5}),
+    "shortest": (duels.shortest, {"found": duels.pool(COMPARED, ["paper"])}),
+    "barn_scores": (
+        duels.barn_scores,
+        {
+            "rows": [row | {"set": "barn"} for row in COMPARED],
+            "lengths": {"13a": 1.0},
+            "speed": 1.0,
+        },
+    ),
+    "differs": (duels.differs, {"one": 1, "other": 2, "tests": 1, "risk": 0.05}),
+    "duel": (duels.duel, {"rows": COMPARED, "sets": ["paper"], "risk": 0.05}),
+    "length_ratios": (
+        duels.length_ratios,
+        {"rows": COMPARED, "sets": ["paper"], "reference": rivals.EXACT, "risk": 0.05},
+    ),
+    "load_tracks": (duels.load_tracks, {"file": data.DATA / "rival_tracks.csv"}),
+    "tracks_of": (
+        duels.tracks_of,
+        {"rivals": RIVALS, "question": rivals.pose_question(("paper", "13a"))},
+    ),
     "compare_rules": (planning.compare_rules, {"seeds": [1], "jobs": 1, "store": None}),
     "make_course": (
         courses.make_course,
@@ -896,7 +951,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (orders, reacting, rivals, tuning)
+    modules += (duels, orders, reacting, rivals, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

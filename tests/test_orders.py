@@ -129,3 +129,16 @@ def test_what_is_no_case_is_refused():
     for bad in ([], [{"n": 3}], 5):
         with pytest.raises(fs.InvalidParameter, match="rows is"):
             orders.judge_orders(bad)
+
+
+def test_the_interval_of_a_turning_share_lies_round_it(stored):
+    rows = [row for row in stored if row["n"] in (5, 20)]
+    found, ends = orders.turning_share(rows), orders.turning_interval(rows, resamples=60)
+    assert ends == orders.turning_interval(rows, resamples=60)
+    for n in (5, 20):
+        low, high = ends[n]
+        assert low <= found[n] <= high
+        assert high - low < 0.1
+    # Where it turns nowhere, there is no interval either.
+    same = [row | {"safety_distances": row["length_distances"] + 1} for row in rows]
+    assert np.isnan(list(orders.turning_interval(same, resamples=3).values())).all()

@@ -32,6 +32,15 @@ from freeseg.plotting.horizons import (
 from freeseg.plotting.loops import plot_block_diagram, plot_bode, plot_gang_of_four, plot_nyquist
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
+from freeseg.plotting.rivals import (
+    plot_chase,
+    plot_duels,
+    plot_forces,
+    plot_histogram,
+    plot_tracks,
+    plot_turns,
+    plot_window,
+)
 from freeseg.plotting.robots import (
     draw_robot,
     move_robot,
@@ -87,6 +96,7 @@ __all__ = [
     "plot_bode",
     "plot_case",
     "plot_change",
+    "plot_chase",
     "plot_circle",
     "plot_clearance",
     "plot_counts",
@@ -94,13 +104,16 @@ __all__ = [
     "plot_detours",
     "plot_distances",
     "plot_drive",
+    "plot_duels",
     "plot_endpoints",
     "plot_errors",
+    "plot_forces",
     "plot_free_space",
     "plot_fronts",
     "plot_gang_of_four",
     "plot_group",
     "plot_growth",
+    "plot_histogram",
     "plot_intervals",
     "plot_keep_out",
     "plot_leads",
@@ -128,9 +141,12 @@ __all__ = [
     "plot_step",
     "plot_strip",
     "plot_tracking",
+    "plot_tracks",
     "plot_tradeoff",
     "plot_turn",
+    "plot_turns",
     "plot_wheels",
+    "plot_window",
     "plot_world",
     "sketch_danger",
     "sketch_error",

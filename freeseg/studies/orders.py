@@ -303,3 +303,45 @@ def turning_share(rows: Iterable[Mapping[str, Any]]) -> dict[int, float]:
             part = means[k] / (means[k] - means[k + 1])
             found[n] = float(shares[k] + part * (shares[k + 1] - shares[k]))
     return found
+
+
+def turning_interval(
+    rows: Iterable[Mapping[str, Any]], seed: int = 0, resamples: int = 300
+) -> dict[int, tuple[float, float]]:
+    """Interval at 95 % of each `turning_share`, by a bootstrap of the rows.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        As for `turning_share`.
+    seed : int, optional
+        Of the resampling; rows of the same number and share of discs replace each other.
+    resamples : int, optional
+        How many.
+
+    Returns
+    -------
+    dict
+        Number of discs to the ends of the interval; NaN where it turns in no resample.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no such rows, no seed, or no number of resamples.
+    """
+    rng = np.random.default_rng(checks.whole("seed", seed))
+    resamples = checks.whole("resamples", resamples, 1)
+    if resamples > MOST:
+        raise InvalidParameter(f"resamples is {resamples}; give at most {MOST}")
+    found = _checked(rows)
+    groups = [list(some) for _, some in groupby(sorted(found, key=_group), key=_group)]
+    shares = []
+    for _ in range(resamples):
+        drawn = [some[k] for some in groups for k in rng.integers(len(some), size=len(some))]
+        shares.append(turning_share(drawn))
+    ends = {}
+    for n in turning_share(found):
+        values = np.array([one[n] for one in shares if np.isfinite(one.get(n, np.nan))])
+        low, high = np.quantile(values, (0.025, 0.975)) if len(values) else (np.nan, np.nan)
+        ends[n] = float(low), float(high)
+    return ends
