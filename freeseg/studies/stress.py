@@ -302,6 +302,14 @@ def _score(tuned: Tuned) -> float:
     return tuned.score
 
 
+def counted_course(number: int) -> Course:
+    """One of the courses that failures are counted on: the first of its own random worlds."""
+    number = checks.whole("number", number)
+    if number >= COUNTED:
+        raise InvalidParameter(f"number is {number}; give less than {COUNTED}")
+    return random_courses(1, COUNTED_SEED + SEEDS_BETWEEN * number)[0]
+
+
 def count_failures(tracker: Any, number: int, strong: bool) -> dict[str, dict[str, np.ndarray]]:
     """One run on a course of its own; and again, with one cause after the other made stronger.
 
