@@ -9,6 +9,7 @@ world or no position, `InvalidQuery`.
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
 from freeseg.plotting.comparisons import plot_fronts, plot_intervals, plot_order
+from freeseg.plotting.failures import plot_failures, plot_indices, plot_tails
 from freeseg.plotting.figures import (
     plot_across,
     plot_agreement,
@@ -96,11 +97,13 @@ __all__ = [
     "plot_drive",
     "plot_endpoints",
     "plot_errors",
+    "plot_failures",
     "plot_free_space",
     "plot_fronts",
     "plot_gang_of_four",
     "plot_group",
     "plot_growth",
+    "plot_indices",
     "plot_intervals",
     "plot_keep_out",
     "plot_leads",
@@ -127,6 +130,7 @@ __all__ = [
     "plot_starts",
     "plot_step",
     "plot_strip",
+    "plot_tails",
     "plot_tracking",
     "plot_tradeoff",
     "plot_turn",

@@ -116,7 +116,7 @@ def split(
 
     The interval is Student's, of the populations' estimates.
     """
-    dimensions, levels = checks.whole("dimensions", dimensions, 1), _check_levels(levels)
+    dimensions, at = checks.whole("dimensions", dimensions, 1), _check_levels(levels)
     populations = checks.whole("populations", populations, 2)
     particles, killed = checks.whole("particles", particles, 2), checks.whole("killed", killed, 1)
     moves, seed = checks.whole("moves", moves, 1), checks.whole("seed", seed)
@@ -125,25 +125,25 @@ def split(
         raise InvalidParameter(f"killed is {killed}; give fewer than the {particles} particles")
     swarm = _Swarm(level, dimensions, populations, particles, seed)
     weight, climbing = np.ones(populations), np.ones(populations, bool)
-    shares, floor = np.zeros((populations, len(levels))), np.full(populations, -np.inf)
+    shares, floor = np.zeros((populations, len(at))), np.full(populations, -np.inf)
     for _ in range(MOST_ROUNDS):
-        here = climbing[:, None] & (levels >= floor[:, None])
-        above = (swarm.height[..., None] > levels).mean(1)
+        here = climbing[:, None] & (at >= floor[:, None])
+        above = (swarm.height[..., None] > at).mean(1)
         shares = np.where(here, weight[:, None] * above, shares)
         lowest = np.partition(swarm.height, killed - 1)[:, killed - 1]
         floor = np.where(climbing, lowest, floor)
         dead = swarm.height <= floor[:, None]
-        climbing &= (floor <= levels[-1]) & ~dead.all(1)
+        climbing &= (floor <= at[-1]) & ~dead.all(1)
         dead &= climbing[:, None]
         weight *= 1 - dead.mean(1)
         ended = climbing & (weight < least)
-        shares[ended[:, None] & (levels > floor[:, None])] = np.nan
+        shares[ended[:, None] & (at > floor[:, None])] = np.nan
         climbing, dead = climbing & ~ended, dead & ~ended[:, None]
         if not climbing.any():
-            return _tail(levels, shares, swarm.runs)
+            return _tail(at, shares, swarm.runs)
         swarm.replace(dead, floor, moves)
     raise InvalidParameter(
-        f"level has not passed {levels[-1]:g} in {MOST_ROUNDS} rounds; end at a lower one, or kill "
+        f"level has not passed {at[-1]:g} in {MOST_ROUNDS} rounds; end at a lower one, or kill "
         "more at once"
     )
 

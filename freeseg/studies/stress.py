@@ -7,13 +7,16 @@ differs from run to run.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
+from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from freeseg import checks
+from freeseg.data import DATA
 from freeseg.disturbance import CHANNELS, Disturbance, shaken
-from freeseg.errors import InvalidParameter
+from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.robot import Robot
 from freeseg.simulate import Run, simulate
@@ -32,7 +35,13 @@ from freeseg.studies.tuning import Tuned, load_gains
 #: What a run has from its beginning, and its standard deviations: slip of both wheels, error of
 #: the wheel base, and where it begins, ahead and to the left (m) and turned (rad).
 STATICS = ("slip_right", "slip_left", "wheel_base", "ahead", "left", "turned")
-SPREADS = (*DISTURBANCE.slip, DISTURBANCE.wheel_base_error, *([OFFSET[0] / 2] * 2), OFFSET[1] / 2)
+SPREADS = (
+    *np.broadcast_to(DISTURBANCE.slip, 2).tolist(),
+    DISTURBANCE.wheel_base_error,
+    OFFSET[0] / 2,
+    OFFSET[0] / 2,
+    OFFSET[1] / 2,
+)
 
 #: What can be stronger or weaker, each by a factor, and what of `Disturbance` that is.
 CAUSES = ("noise", "slip", "slip_fluctuation", "wheel_base", "start", "delay")
@@ -46,7 +55,7 @@ STRESSED = ("SlidingMode", "Mpc", "Pid")
 
 #: Runs, each on a course of its own, that none of the searches has seen: so many, and of these
 #: so many for each cause and strength.
-COUNTED, COUNTED_STRONG = 1000, 200
+COUNTED, COUNTED_STRONG = 600, 120
 
 #: Seed of the first of their worlds, and how many worlds are tried for each at most.
 COUNTED_SEED, SEEDS_BETWEEN = 30_000, 100
@@ -60,9 +69,12 @@ SPLIT = (
     *((law, course) for course in range(4) for law in ("SlidingMode", "Pid")),
     ("Mpc", 1),
 )
-SMALLER: dict[str, float] = {
+SMALLER: dict[str, Any] = {
     "populations": 5, "particles": 60, "killed": 20, "moves": 2, "least": 1e-3
 }  # fmt: skip
+
+#: Robots that drive at once, for the memory of their numbers.
+MOST_AT_ONCE = 2600
 
 #: Farther from the reference than this (m) at any time, a robot is lost; farther from the goal
 #: than this (m), so long (s) after the reference ends, it has not arrived.
@@ -96,6 +108,10 @@ class Outcome(NamedTuple):
     def failed(self) -> np.ndarray:
         """Whether it touches one, is lost or does not arrive, shape (n,)."""
         return self.contact | (self.farthest > LOST) | (self.missed > ARRIVED)
+
+
+#: What is kept of a run.
+KEPT_OF_RUN = Outcome._fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +225,7 @@ def _factors(times, count):
         given = checks.array("times", value, (), (count,))
         if (given < 0).any() or (cause == "delay" and given.ndim):
             raise InvalidParameter(
-                f"times has {checks.shown(value)} for {cause}; give zero or more"
+                f"times has {checks.shown(value)} for {cause}; give zero or more, one for the delay"
             )
         factor[cause] = float(given) if cause == "delay" else np.broadcast_to(given, (count,))
     return factor
@@ -278,6 +294,7 @@ def outcome(
     """
     checks.instance("course", course, Course, "a Course, such as one of paper_courses()")
     run = drive_drawn(tracker, course, *draw(statics, numbers, times))
+    assert run.error is not None, "it followed a reference"
     points = np.moveaxis(run.pose[:2], 0, -1)
     gap = course.world.distances(_points(points)).min((-1, -2)) - run.robot.radius
     apart = np.hypot(*run.error[:2])
@@ -350,9 +367,6 @@ def count_failures(tracker: Any, number: int, strong: bool) -> dict[str, dict[st
         cause: {name: np.concatenate([getattr(one, name) for one in some]) for name in KEPT_OF_RUN}
         for cause, some in found.items()
     }
-
-
-KEPT_OF_RUN = Outcome._fields
 
 
 def _try_cells(tracker, course, statics, numbers, cells):
@@ -438,8 +452,10 @@ def split_shortfall(law: str, course: int) -> Tail:
     """
     courses = rare_courses()
     tracker = best_laws()[checks.choice("law", law, STRESSED)]
-    where = courses[checks.choice("course", course, range(len(courses)))]
-    level, dimensions = shortfall(tracker, where)
+    course = checks.whole("course", course)
+    if course >= len(courses):
+        raise InvalidParameter(f"course is {course}; give less than {len(courses)}")
+    level, dimensions = shortfall(tracker, courses[course])
     sizes: dict[str, Any] = SMALLER if type(tracker).__name__ in SINGLE else {"least": RAREST}
     return split(level, dimensions, SHORTFALLS, **sizes)
 
@@ -503,11 +519,78 @@ def sensitivity(
     )
 
 
-#: Robots that drive at once, for the memory of their numbers.
-MOST_AT_ONCE = 2600
-
-
 def _parts(chosen, size):
     """Indices of what is chosen, and into how many parts of a size they go."""
     places = np.flatnonzero(chosen)
     return places, max(-(-len(places) // size), 1)
+
+
+class Stress(NamedTuple):
+    """What is stored of this study.
+
+    Attributes
+    ----------
+    counts : dict
+        Law to cause, or ``"nominal"``, to `Outcome` of shape (courses, strengths).
+    tails : dict
+        Law and course, as in `SPLIT`, to `Tail`.
+    sobol : dict
+        Law to ndarray, shape (2, 3, 6): first and total index; estimate, low and
+        high; of each of `CAUSES`.
+    checked : dict
+        True probability to ndarray, shape (repeats, 4): estimates, low and high ends,
+        runs.
+    """
+
+    counts: dict[str, dict[str, Outcome]]
+    tails: dict[tuple[str, int], Tail]
+    sobol: dict[str, np.ndarray]
+    checked: dict[float, np.ndarray]
+
+
+def load_stress(file: str | PathLike[str] = DATA / "stress.npz") -> Stress:
+    """Stored numbers of this study.
+
+    Parameters
+    ----------
+    file : path-like, optional
+        Written by ``tests/benchmarks/stress.py``.
+
+    Returns
+    -------
+    Stress
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read or holds another study.
+    """
+    path = checks.file("file", file)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {key: stored[key].astype(float) for key in stored.files}
+        counts = {
+            law: {
+                cause: Outcome(*(arrays[f"{law}.{cause}.{one}"] for one in KEPT_OF_RUN))
+                for cause in ("nominal", *CAUSES)
+            }
+            for law in STRESSED
+        }
+        tails = {one: _tail_of(arrays, *one) for one in SPLIT}
+        sobol = {law: arrays[f"sobol.{law}"] for law in STRESSED if law not in SINGLE}
+        checked = {one: arrays[f"check_{one:g}"] for one in (1e-3, 1e-6)}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InvalidData(f"{path} cannot be read ({error}); run the study again") from error
+    wanted = COUNTED_STRONG, len(STRENGTHS)
+    for law, cause in product(STRESSED, CAUSES):
+        if (shape := counts[law][cause].gap.shape) != wanted:
+            raise InvalidData(
+                f"{path} has {shape} runs of {law}, not {wanted}; run the study again"
+            )
+    return Stress(counts, tails, sobol, checked)
+
+
+def _tail_of(arrays: Mapping[str, np.ndarray], law: str, course: int) -> Tail:
+    """A stored tail."""
+    levels, share, low, high, error = arrays[f"tail.{law}.{course}"]
+    return Tail(levels, share, low, high, error, int(arrays[f"runs.{law}.{course}"]))
