@@ -6,7 +6,7 @@ import numpy as np
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.plotting.axes import PALETTE, check_color, count_in_mm, new_axes
+from freeseg.plotting.axes import PALETTE, check_colors, count_in_mm, new_axes
 from freeseg.studies.statistics import Order
 
 #: What is not named in colours is drawn in.
@@ -34,7 +34,7 @@ def plot_fronts(fronts, colors=None, ax=None):
     matplotlib Axes
     """
     checks.instance("fronts", fronts, Mapping, "a dict of name to errors and roughnesses")
-    colors = _colors(colors, fronts)
+    colors = check_colors(colors, fronts)
     ax = new_axes(ax, (7, 5))
     others = "the other laws"
     for name in sorted(fronts, key=lambda name: name in colors):
@@ -78,7 +78,7 @@ def plot_intervals(intervals, margin=None, ax=None, colors=None):
     matplotlib Axes
     """
     checks.instance("intervals", intervals, Mapping, "a dict of kind to a dict of law to interval")
-    colors = _colors(colors, intervals)
+    colors = check_colors(colors, intervals)
     if not intervals or not all(isinstance(kind, Mapping) for kind in intervals.values()):
         raise InvalidParameter(
             f"intervals is {checks.shown(intervals)}; give a dict of kind to a dict of law to "
@@ -163,14 +163,3 @@ def _rows(order, means):
     for name in sorted(means, key=means.get):
         rows[depth[name]].append(name)
     return rows
-
-
-def _colors(colors, names):
-    """`colors` of some of the names, or `InvalidParameter`."""
-    if colors is None:
-        return {}
-    checks.instance("colors", colors, Mapping, "a dict of name to colour")
-    for name, color in colors.items():
-        checks.choice("a name in colors", name, names)
-        check_color(color)
-    return dict(colors)

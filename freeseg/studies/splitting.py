@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.studies.statistics import as_level
 
 #: Runs of a population, how many of them are replaced in a round, moves that each of these makes,
 #: and how many populations there are, each an experiment of its own.
@@ -17,6 +16,9 @@ PARTICLES, KILLED, MOVES, POPULATIONS = 260, 52, 3, 10
 #: Share of new random numbers in a proposal: first, least and largest. It grows where more
 #: than `ACCEPTED` of the proposals are accepted, and shrinks where fewer are.
 BLEND, LEAST_BLEND, MOST_BLEND, ACCEPTED = 0.4, 0.03, 0.9, 0.3
+
+#: Larger sizes would not fit into memory, all together and each.
+MOST_NUMBERS_HELD, MOST_OF_A_KIND = 500_000_000, 1_000_000
 
 #: More rounds would take for ever: the level rises too slowly.
 MOST_ROUNDS = 1000
@@ -116,10 +118,15 @@ def split(
 
     The interval is Student's, of the populations' estimates.
     """
-    dimensions, at = checks.whole("dimensions", dimensions, 1), _check_levels(levels)
-    populations = checks.whole("populations", populations, 2)
-    particles, killed = checks.whole("particles", particles, 2), checks.whole("killed", killed, 1)
-    moves, seed = checks.whole("moves", moves, 1), checks.whole("seed", seed)
+    dimensions = checks.whole("dimensions", dimensions, 1, most=MOST_OF_A_KIND)
+    populations = checks.whole("populations", populations, 2, most=MOST_OF_A_KIND)
+    particles = checks.whole("particles", particles, 2, most=MOST_OF_A_KIND)
+    if dimensions * populations * particles > MOST_NUMBERS_HELD:
+        raise InvalidParameter(
+            f"dimensions is {dimensions}, for {populations} populations of {particles}; give less"
+        )
+    killed, at = checks.whole("killed", killed, 1), _check_levels(levels)
+    moves, seed = checks.whole("moves", moves, 1, most=MOST_OF_A_KIND), checks.whole("seed", seed)
     least = checks.not_negative("least", least)
     if killed >= particles:
         raise InvalidParameter(f"killed is {killed}; give fewer than the {particles} particles")
@@ -229,7 +236,7 @@ def lowest_level(tail: Tail, probability: float) -> float:
         For what is no tail or no probability.
     """
     checks.instance("tail", tail, Tail, "what split returns")
-    wanted, seen = np.log(as_level(probability)), tail.share > 0
+    wanted, seen = np.log(checks.probability("probability", probability)), tail.share > 0
     shares = np.log(tail.share[seen])[::-1]
     if not seen.any() or not shares[0] <= wanted <= shares[-1]:
         return float("nan")

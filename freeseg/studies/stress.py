@@ -69,7 +69,7 @@ SPLIT = (
     *((law, course) for course in range(4) for law in ("SlidingMode", "Pid")),
     ("Mpc", 1),
 )
-SMALLER: dict[str, Any] = {
+FEWER: dict[str, Any] = {
     "populations": 5, "particles": 60, "killed": 20, "moves": 2, "least": 1e-3
 }  # fmt: skip
 
@@ -456,7 +456,7 @@ def split_shortfall(law: str, course: int) -> Tail:
     if course >= len(courses):
         raise InvalidParameter(f"course is {course}; give less than {len(courses)}")
     level, dimensions = shortfall(tracker, courses[course])
-    sizes: dict[str, Any] = SMALLER if type(tracker).__name__ in SINGLE else {"least": RAREST}
+    sizes: dict[str, Any] = FEWER if type(tracker).__name__ in SINGLE else {"least": RAREST}
     return split(level, dimensions, SHORTFALLS, **sizes)
 
 
