@@ -139,6 +139,13 @@ def whole(
     return found
 
 
+def probability(name: str, value: Any) -> float:
+    """`value` as a float; `InvalidParameter` unless between 0 and 1."""
+    return number(
+        name, value, lambda found: 0 < found < 1, "a number between 0 and 1, such as 0.95"
+    )
+
+
 def flag(name: str, value: object) -> bool:
     """`value` as a bool; `InvalidParameter` for what is none."""
     if not isinstance(value, bool | np.bool_):

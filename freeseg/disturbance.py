@@ -1,8 +1,8 @@
 """What disturbs a robot: noise, slip, wrong sizes, lag and delay."""
 
 from collections import deque
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from math import exp, expm1, isclose
 
 import numpy as np
@@ -178,16 +178,46 @@ class Disturbance:
             for _ in range(count):
                 yield still, rolled
             return
-        # The process at the samples, exactly: what is left of it, and what is new.
-        kept = exp(-dt / self.slip_time)
-        new = self.slip_fluctuation * (-expm1(-2 * dt / self.slip_time)) ** 0.5
-        fluctuation = None
-        for normal in normals(seed, shape, count):
-            if fluctuation is None:
-                fluctuation = self.slip_fluctuation * normal[3:]
-            else:
-                fluctuation = kept * fluctuation + new * normal[3:]
-            yield deviation * normal[:3], radius * (1 - np.clip(slip + fluctuation, -1, 1))
+        drawn = normals(seed, shape, count)
+        yield from shaken(drawn, deviation, slip, radius, self.slip_fluctuation, self.slip_time, dt)
+
+    def plant(self, robot: Robot) -> Robot:
+        """The robot as it is: `robot` with its true wheel base."""
+        return replace(robot, wheel_base=robot.wheel_base * (1 + self.wheel_base_error))
+
+
+def shaken(
+    numbers: Iterable[np.ndarray],
+    deviation: np.ndarray,
+    slip: np.ndarray,
+    radius: float | np.ndarray,
+    fluctuation: float | np.ndarray,
+    slip_time: float,
+    dt: float,
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """As `Disturbance.samples`, of standard normal numbers, (5, *shape) a sample.
+
+    Parameters
+    ----------
+    numbers : iterable of ndarray
+        As `normals` yields them.
+    deviation : ndarray, shape (3, *shape)
+        Standard deviations of what is measured.
+    slip, radius : ndarray, shape (2, *shape)
+        Share of its travel that each wheel loses, and its true radius, relative.
+    fluctuation : float or ndarray, shape (*shape)
+        Standard deviation of the process that is added to the slip.
+    slip_time, dt : float
+        Correlation time of the process, and time between samples (s).
+    """
+    # The process at the samples, exactly: what is left of it, and what is new.
+    kept = exp(-dt / slip_time)
+    new = fluctuation * (-expm1(-2 * dt / slip_time)) ** 0.5
+    process = None
+    for normal in numbers:
+        fresh = normal[3:]
+        process = fluctuation * fresh if process is None else kept * process + new * fresh
+        yield deviation * normal[:3], radius * (1 - np.clip(slip + process, -1, 1))
 
 
 class Motors:

@@ -1,7 +1,7 @@
 """The one closed loop: tracker, robot, limits, disturbance."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
@@ -313,7 +313,7 @@ def drive(
     wheels = np.zeros((steps + 1, 2, *batch))
     asked = np.zeros_like(wheels) if disturbance.lag else wheels
     motors = Motors(robot, disturbance, dt, steps, batch)
-    plant = replace(robot, wheel_base=robot.wheel_base * (1 + disturbance.wheel_base_error))
+    plant = disturbance.plant(robot)
     t = dt * np.arange(steps + 1)
     for step, (noise, rolled) in enumerate(disturbance.samples(batch, steps + 1, dt, seed)):
         if disturbance.noisy:

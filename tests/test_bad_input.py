@@ -28,6 +28,7 @@ from freeseg.studies import (
     rivals,
     runner,
     sizes,
+    splitting,
     statistics,
     tracking,
     tuning,
@@ -65,11 +66,17 @@ def height(points):
     return points[:, 0]
 
 
+def height_of(numbers):
+    return numbers[0]
+
+
 def integrator(s):
     return 1 / s
 
 
 AX = plt.figure().add_subplot()
+LEVELS = np.array([0.001, 0.002])
+TAIL = splitting.Tail(LEVELS, LEVELS[::-1] * 300, LEVELS, LEVELS * 400, LEVELS, 10)
 EMPTY = len(AX.get_children())
 PLACE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
 
@@ -785,6 +792,38 @@ CALLS = {
             "ax": AX,
         },
     ),
+    "plot_tails": (
+        fs.plotting.plot_tails,
+        {"tails": {"PID": [TAIL]}, "colors": None, "aim": 1e-3, "ax": AX},
+    ),
+    "plot_failures": (
+        fs.plotting.plot_failures,
+        {
+            "shares": {"PID": [statistics.share(0, 10)]},
+            "strengths": [1],
+            "colors": None,
+            "ax": AX,
+        },
+    ),
+    "plot_indices": (
+        fs.plotting.plot_indices,
+        {"names": ["slip"], "first": np.ones((3, 1)), "total": np.ones((3, 1)), "ax": AX},
+    ),
+    "lowest_level": (splitting.lowest_level, {"tail": TAIL, "probability": 0.3}),
+    "split": (
+        splitting.split,
+        {
+            "level": height_of,
+            "dimensions": 2,
+            "levels": [0.5],
+            "seed": 1,
+            "populations": 2,
+            "particles": 10,
+            "killed": 2,
+            "moves": 1,
+            "least": 1e-3,
+        },
+    ),
     "plot_order": (
         fs.plotting.plot_order,
         {"order": ORDER, "means": {"one": 1.0, "other": 2.0}, "ax": AX},
@@ -859,12 +898,17 @@ CALLED = {
     ("run", "function"),
     ("plot_potential", "potential"),
     ("search", "cost"),
+    ("split", "level"),
     ("linearised", "statistic"),
     ("plot_bode", "loop"),
     ("plot_nyquist", "loop"),
     ("plot_gang_of_four", "plant"),
     ("plot_gang_of_four", "controller"),
 }
+
+
+#: Where NaN is an answer.
+MAY_BE_NAN = {"try_rules", "split", "lowest_level"}
 
 
 def numbers_of(result):
@@ -917,8 +961,8 @@ def test_bad_values_give_our_errors_or_right_results(call, parameter, tmp_path, 
         if isinstance(result, ValueError):
             named = parameter, parameter.rstrip("s"), shown(value)[:20], "has shape", "be finite"
             assert any(one in text for one in named), (kind, text)
-        # Of a rule that finds no path, NaN is the length.
-        for array in numbers_of(result) if call != "try_rules" else ():
+        # Of a rule that finds no path, NaN is the length, and of what is not known, the chance.
+        for array in numbers_of(result) if call not in MAY_BE_NAN else ():
             assert array.dtype.kind not in "fc" or not np.isnan(array).any(), kind
 
 
@@ -951,7 +995,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (duels, orders, reacting, rivals, tuning)
+    modules += (duels, orders, reacting, rivals, splitting, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

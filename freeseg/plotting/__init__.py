@@ -9,6 +9,7 @@ world or no position, `InvalidQuery`.
 from freeseg.plotting.axes import PALETTE, count_in_degrees, count_in_mm, map_axes
 from freeseg.plotting.collisions import plot_repairs, sketch_danger, sketch_loop
 from freeseg.plotting.comparisons import plot_fronts, plot_intervals, plot_order
+from freeseg.plotting.failures import plot_failures, plot_indices, plot_tails
 from freeseg.plotting.figures import (
     plot_across,
     plot_agreement,
@@ -107,6 +108,7 @@ __all__ = [
     "plot_duels",
     "plot_endpoints",
     "plot_errors",
+    "plot_failures",
     "plot_forces",
     "plot_free_space",
     "plot_fronts",
@@ -114,6 +116,7 @@ __all__ = [
     "plot_group",
     "plot_growth",
     "plot_histogram",
+    "plot_indices",
     "plot_intervals",
     "plot_keep_out",
     "plot_leads",
@@ -140,6 +143,7 @@ __all__ = [
     "plot_starts",
     "plot_step",
     "plot_strip",
+    "plot_tails",
     "plot_tracking",
     "plot_tracks",
     "plot_tradeoff",

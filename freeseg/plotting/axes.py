@@ -1,5 +1,7 @@
 """What all pictures share: one palette, and axes with ticks in mm and degrees."""
 
+from collections.abc import Mapping
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -146,3 +148,14 @@ def check_color(color):
             f"color is {checks.shown(color)}; give a colour, such as PALETTE['planned'] or 'red'"
         )
     return color
+
+
+def check_colors(colors, names):
+    """`colors` of some of the names, or `InvalidParameter`."""
+    if colors is None:
+        return {}
+    checks.instance("colors", colors, Mapping, "a dict of name to colour")
+    for name, color in colors.items():
+        checks.choice("a name in colors", name, names)
+        check_color(color)
+    return dict(colors)

@@ -6,7 +6,7 @@ import numpy as np
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.plotting.axes import PALETTE, check_color, count_in_mm, new_axes
+from freeseg.plotting.axes import PALETTE, check_colors, count_in_mm, new_axes
 from freeseg.studies.statistics import Order
 
 #: What is not named in colours is drawn in.
@@ -163,14 +163,3 @@ def _rows(order, means):
     for name in sorted(means, key=means.get):
         rows[depth[name]].append(name)
     return rows
-
-
-def check_colors(colors, names):
-    """`colors` of some of the names, or `InvalidParameter`."""
-    if colors is None:
-        return {}
-    checks.instance("colors", colors, Mapping, "a dict of name to colour")
-    for name, color in colors.items():
-        checks.choice("a name in colors", name, names)
-        check_color(color)
-    return dict(colors)

@@ -14,8 +14,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import unit
 from freeseg.path import Path
 from freeseg.plan import Plan
-from freeseg.plotting.axes import PALETTE, count_in_mm, map_axes, new_axes
-from freeseg.plotting.comparisons import check_colors
+from freeseg.plotting.axes import PALETTE, check_colors, count_in_mm, map_axes, new_axes
 from freeseg.plotting.robots import check_pose, draw_robot
 from freeseg.plotting.runs import check_run
 from freeseg.plotting.worlds import plot_query, plot_world, trace

@@ -60,6 +60,7 @@ def make_course(
     goal: ArrayLike,
     speed: float = SPEED,
     planner: Planner = ROOMS_FIRST,
+    margin: float = WIDE_MARGIN,
 ) -> tuple[Course, bool]:
     """Plan a path and a timed reference along it.
 
@@ -75,6 +76,8 @@ def make_course(
         Cruising speed (m/s).
     planner : Planner, optional
         By default from room to room, and the exact one where that fails.
+    margin : float, optional
+        Security margin of the plan (m).
 
     Returns
     -------
@@ -91,7 +94,7 @@ def make_course(
     """
     checks.instance("name", name, str, "a text")
     checks.function("planner", planner, "one, such as fs.plan", world, start, goal, margin=0)
-    made = check_plan(planner(world, start, goal, margin=WIDE_MARGIN))
+    made = check_plan(planner(world, start, goal, margin=margin))
     reference = make_reference(made.path, speed=speed, smoothing=SMOOTHING, world=world)
     worth = len(made.turning_points) >= TURNS and made.path.length >= LENGTH
     return Course(name, world, reference, needed_variation(reference)), worth

@@ -158,7 +158,7 @@ def interval(
     """
     studentised = checks.flag("studentised", studentised)
     values = _table("values", values, 4 if studentised else 2)
-    seed, level = checks.whole("seed", seed), _level(level)
+    seed, level = checks.whole("seed", seed), checks.probability("level", level)
     if studentised:
         mean, half = _simultaneous(values[None], np.ones((1, 1)), seed, level)
         return float(mean[0] - half[0]), float(mean[0] + half[0])
@@ -219,7 +219,7 @@ def differences(
     than too narrow. Those of one pair are as `interval`'s, studentised.
     """
     checks.instance("values", values, Mapping, "a dict of name to numbers")  # type: ignore[type-abstract]
-    seed, level = checks.whole("seed", seed), _level(level)
+    seed, level = checks.whole("seed", seed), checks.probability("level", level)
     tables = {name: _table(f"values of {checks.shown(name)}", values[name], 4) for name in values}
     shapes = {table.shape for table in tables.values()}
     if len(tables) < 2 or len(shapes) > 1:
@@ -376,7 +376,7 @@ def share(count: int, runs: int, method: str = "wilson", level: float = 0.95) ->
     if count > runs:
         raise InvalidParameter(f"count is {checks.shown(count)}; give at most the {runs} runs")
     method = SHARES[checks.choice("method", method, SHARES)]
-    low, high = binomtest(count, runs).proportion_ci(_level(level), method)
+    low, high = binomtest(count, runs).proportion_ci(checks.probability("level", level), method)
     return Share(count / runs, float(low), float(high))
 
 
@@ -425,7 +425,7 @@ def sequential(
     low, high = checks.numbers("bounds", bounds, 2)
     if not -checks.LARGEST <= low < high <= checks.LARGEST:
         raise InvalidParameter(f"bounds is {checks.shown(bounds)}; give the lower one first")
-    margin, level = checks.not_negative("margin", margin), _level(level)
+    margin, level = checks.not_negative("margin", margin), checks.probability("level", level)
     values = checks.array("values", values, (None,), unit="one a run")
     if values.min() < low or values.max() > high:
         raise InvalidParameter(
@@ -512,12 +512,6 @@ def linearised(
         [(statistic(means + move) - statistic(means - move)) / (2 * move.sum()) for move in moves]
     )
     return statistic(means) + np.tensordot(slopes, values - means[:, None, None, None], 1)
-
-
-def _level(level: float) -> float:
-    return checks.number(
-        "level", level, lambda found: 0 < found < 1, "a number between 0 and 1, such as 0.95"
-    )
 
 
 def _table(name: str, values: ArrayLike, least: int) -> np.ndarray:
