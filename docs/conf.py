@@ -1,11 +1,8 @@
-"""How Sphinx makes the book: `sphinx-build -W -j 2 -c docs . docs/_build/html`.
-
-The source is the whole repository, so that a relative link means in the book what it means
-in the repository, and no notebook is copied.
-"""
+"""What Sphinx makes the book of; `python docs/build.py` builds it."""
 
 import os
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parent.parent)]
@@ -38,7 +35,6 @@ extensions = [
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.viewcode",
-    "sphinx-mathjax-offline",
     "sphinx_codeautolink",
     "sphinx_copybutton",
     "freeseg_book",
@@ -59,7 +55,10 @@ numpydoc_validation_checks = set()
 
 html_theme = "furo"
 html_title = f"freeseg {release}"
-html_static_path = ["_static"]
+# MathJax comes from a package, so that equations need no network.
+MATHJAX = Path(find_spec("sphinx-mathjax-offline").origin).parent / "static"
+mathjax_path = "mathjax/tex-chtml.js"
+html_static_path = ["_static", str(MATHJAX)]
 html_css_files = ["book.css"]
 html_extra_path = ["root"]
 html_show_sphinx = False

@@ -1,7 +1,7 @@
 """What the book does beyond its extensions.
 
-Names of the package in running text, such as `fs.plan`, lead to their reference. Bars in
-docstrings are absolute values, not reStructuredText's substitutions.
+Names of the package in running text, such as `fs.plan`, lead to their reference. Equations
+in docstrings are kept as typed, and bars are absolute values, not substitutions.
 """
 
 import re
@@ -36,10 +36,26 @@ class LinkNames(SphinxTransform):
             link += literal
 
 
+def set_equations(app, what, name, obj, options, lines):
+    """Mark in place what a docstring's text indents, its equations, as blocks to keep as typed."""
+    end = next((i for i, line in enumerate(lines) if re.fullmatch("-{3,}", line)), len(lines))
+    for i in reversed(range(2, end)):
+        above = next((line for line in lines[i - 2 :: -1] if line), "")
+        begins = lines[i].startswith("    ") and not lines[i - 1] and not above.startswith(" ")
+        if begins and not above.startswith(("-", "*", ".")) and not above.endswith("::"):
+            lines[i:i] = ["::", ""]
+
+
 def escape_bars(app, what, name, obj, options, lines):
-    """Escape in place the bars that stand in no literal and no example."""
+    """Escape in place the bars that stand in no literal, no example and no equation."""
+    typed = None  # how far the line above such a block is indented
     for number, line in enumerate(lines):
-        if not line.lstrip().startswith((">>>", "...")):
+        indent = len(line) - len(line.lstrip())
+        if line and typed is not None and indent <= typed:
+            typed = None
+        if typed is None and line.rstrip().endswith("::"):
+            typed = indent
+        elif typed is None and not line.lstrip().startswith((">>>", "...")):
             parts = re.split(r"(``.*?``)", line)
             parts[::2] = [part.replace("|", r"\|") for part in parts[::2]]
             lines[number] = "".join(parts)
@@ -48,6 +64,7 @@ def escape_bars(app, what, name, obj, options, lines):
 def setup(app):
     """Register with Sphinx."""
     app.add_transform(LinkNames)
+    app.connect("autodoc-process-docstring", set_equations, priority=100)
     # After numpydoc, which reads the sections of a docstring as it is written.
     app.connect("autodoc-process-docstring", escape_bars, priority=900)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
