@@ -25,6 +25,7 @@ class Page(HTMLParser):
         self.feed(file.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag, attrs):
+        """Note what a tag can be linked at, and where it leads."""
         attrs = dict(attrs)
         self.anchors |= {attrs.get("id", ""), attrs.get("name") or ""}
         target = attrs.get("href") or attrs.get("src") or ""
