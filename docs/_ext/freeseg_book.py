@@ -40,10 +40,12 @@ def set_equations(app, what, name, obj, options, lines):
     """Mark in place what a docstring's text indents, its equations, as blocks to keep as typed."""
     end = next((i for i, line in enumerate(lines) if re.fullmatch("-{3,}", line)), len(lines))
     for i in reversed(range(2, end)):
-        above = next((line for line in lines[i - 2 :: -1] if line), "")
-        begins = lines[i].startswith("    ") and not lines[i - 1] and not above.startswith(" ")
-        if begins and not above.startswith(("-", "*", ".")) and not above.endswith("::"):
-            lines[i:i] = ["::", ""]
+        above = next((line for line in lines[i - 1 :: -1] if line), "")
+        # Where the text above begins, after the number or bullet of an item.
+        margin = len(re.match(r"\s*(?:\d+\. |[-*] )?", above)[0])
+        indented = len(lines[i]) - len(lines[i].lstrip()) == margin + 4 and not lines[i - 1]
+        if indented and not above.endswith("::"):
+            lines[i:i] = [" " * margin + "::", ""]
 
 
 def escape_bars(app, what, name, obj, options, lines):
