@@ -34,7 +34,6 @@ extensions = [
     "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.viewcode",
     "sphinx_codeautolink",
     "sphinx_copybutton",
     "freeseg_book",

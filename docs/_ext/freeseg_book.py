@@ -1,6 +1,7 @@
 """What the book does beyond its extensions.
 
-Names of the package in running text, such as `fs.plan`, lead to their reference. Equations
+Names of the package in running text, such as `fs.plan`, lead to their reference, and a lesson's
+title has its number. Equations
 in docstrings are kept as typed, and bars are absolute values, not substitutions.
 """
 
@@ -36,6 +37,31 @@ class LinkNames(SphinxTransform):
             link += literal
 
 
+class NumberLessons(SphinxTransform):
+    """Let a lesson's title begin with its number, as other lessons refer to it."""
+
+    default_priority = 700
+
+    def apply(self, **kwargs):
+        """Take the number from the file's name."""
+        number = re.match(r"notebooks/(?:solutions/)?([0-9A]\d)_", self.env.docname)
+        if number:
+            next(self.document.findall(nodes.title)).insert(0, nodes.Text(f"{number[1]} "))
+
+
+class KeepTags(SphinxTransform):
+    """Let an equation of several lines have one number: Sphinx would split what has `\\tag`."""
+
+    default_priority = 700
+
+    def apply(self, **kwargs):
+        """Give each such equation the delimiters that MathJax looks for."""
+        for block in self.document.findall(nodes.math_block):
+            if r"\tag" in block.astext():
+                block["no-wrap"] = True
+                block.children = [nodes.Text(rf"\[{block.astext()}\]")]
+
+
 def set_equations(app, what, name, obj, options, lines):
     """Mark in place what a docstring's text indents, its equations, as blocks to keep as typed."""
     end = next((i for i, line in enumerate(lines) if re.fullmatch("-{3,}", line)), len(lines))
@@ -66,6 +92,8 @@ def escape_bars(app, what, name, obj, options, lines):
 def setup(app):
     """Register with Sphinx."""
     app.add_transform(LinkNames)
+    app.add_transform(NumberLessons)
+    app.add_transform(KeepTags)
     app.connect("autodoc-process-docstring", set_equations, priority=100)
     # After numpydoc, which reads the sections of a docstring as it is written.
     app.connect("autodoc-process-docstring", escape_bars, priority=900)
