@@ -50,7 +50,7 @@ class NumberLessons(SphinxTransform):
 
 
 class KeepTags(SphinxTransform):
-    """Let an equation of several lines have one number: Sphinx would split what has `\\tag`."""
+    """Let an equation of several lines have one number, where Sphinx would split it."""
 
     default_priority = 700
 
