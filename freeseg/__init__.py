@@ -56,7 +56,7 @@ from freeseg.trackers.feedback import Law, Tracker
 from freeseg.trackers.predictor import Predicting
 from freeseg.world import Disc, Polygon, World
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 #: Where the names are that are imported when first asked for, since they are slow to load.
 _LAZY = {

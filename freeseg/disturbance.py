@@ -162,9 +162,9 @@ class Disturbance:
 
         Yields
         ------
-        noise : ndarray, shape (3, *shape)
+        noise : ndarray, shape (3, ...)
             What is added to x, y (m) and heading (rad).
-        rolled : ndarray, shape (2, *shape) or (2, 1)
+        rolled : ndarray, shape (2, ...) or (2, 1)
             Distance over the ground of the right and the left wheel, relative
             to that which turning without slip and with the robot's own wheel
             radius would make.

@@ -1,0 +1,187 @@
+"""What a release promises: names documented, data with sources, links that lead somewhere."""
+
+import importlib
+import inspect
+import json
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+from refresh_notebooks import every_notebook
+
+import freeseg as fs
+
+ROOT = Path(__file__).parent.parent
+PAGES = [
+    *sorted([*ROOT.glob("*.md"), *ROOT.glob("data/*.md"), *ROOT.glob("docs/*.md")]),
+    ROOT / "notebooks/assignments/README.md",
+    *every_notebook(),
+]
+REFERENCE = sorted((ROOT / "docs/api").glob("*.rst"))
+#: Packages and modules whose names are public as well.
+PUBLIC = ["display", "maps", "metrics", "plotting", "reactive", "studies", "teaching", "trackers"]
+
+
+def public_names(module):
+    """What a module offers: its `__all__`, or else what it defines without an underscore."""
+    defined = (
+        name
+        for name, value in vars(module).items()
+        if not name.startswith("_") and getattr(value, "__module__", None) == module.__name__
+    )
+    return set(getattr(module, "__all__", defined))
+
+
+def in_reference():
+    """Full names of all that the reference shows, by the directives that it is made of."""
+    names = set()
+    for page in REFERENCE:
+        module = ""
+        lines = page.read_text(encoding="utf-8").splitlines()
+        for line, below in zip(lines, [*lines[1:], ""], strict=True):
+            found = re.match(r"\.\. (?:py:)?(currentmodule|auto\w+):: (\S+)", line)
+            if not found:
+                continue
+            kind, name = found.groups()
+            if kind == "currentmodule":
+                module = name
+            elif kind == "automodule":
+                names.add(name)
+                chosen = below.partition(":members:")[2].replace(",", " ").split()
+                members = chosen or public_names(importlib.import_module(name))
+                names |= {f"{name}.{member}" for member in members}
+            elif "::" in name or name.startswith("freeseg."):
+                names.add(name.replace("::", "."))
+            else:
+                names.add(f"{module}.{name}")
+    return names
+
+
+def test_the_reference_shows_every_public_name():
+    shown = in_reference()
+    wanted = {f"freeseg.{name}" for name in fs.__all__}
+    for part in PUBLIC:
+        module = importlib.import_module(f"freeseg.{part}")
+        for name in public_names(module):
+            # What the package itself offers is shown under the shorter name.
+            short = name in fs.__all__ and getattr(fs, name) is getattr(module, name)
+            wanted.add(f"freeseg.{name}" if short else f"freeseg.{part}.{name}")
+    assert wanted - {"freeseg.trackers", "freeseg.reactive"} <= shown
+    assert len(shown) > 200
+
+
+def test_the_reference_shows_nothing_that_is_not_there():
+    for name in in_reference():
+        parts = name.split(".")
+        value = fs
+        for depth, part in enumerate(parts[1:], 2):
+            # A function may hide the module of the same name: `freeseg.plan`.
+            if not hasattr(value, part):
+                value = importlib.import_module(".".join(parts[: depth - 1]))
+            value = getattr(value, part)
+        assert inspect.getdoc(value) or name == "freeseg.plotting.PALETTE", name
+
+
+@pytest.mark.parametrize(
+    "file",
+    sorted(
+        file.name for file in (ROOT / "data").iterdir() if file.suffix not in (".py", ".md", "")
+    ),
+)
+def test_every_file_of_data_has_its_source(file):
+    text = (ROOT / "data/README.md").read_text(encoding="utf-8")
+    titles = re.findall(r"^## (.+)$", text, re.M)
+    assert any(file in title for title in titles), f"data/README.md has no section on {file}"
+
+
+def anchors(text):
+    """What a page's headings are linked as."""
+    titles = re.findall(r"^#+ (.+)$", text, re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def text_of(file):
+    """A page's text, without its code."""
+    if file.suffix == ".ipynb":
+        # Not by nbformat, which checks the outputs, too, and takes ten times as long.
+        cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+        text = "\n\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "markdown")
+    else:
+        text = file.read_text(encoding="utf-8")
+    return re.sub(r"```.*?```|`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]*\$", "", text, flags=re.S)
+
+
+def broken_links(file, text):
+    """Relative links of a page's text that lead nowhere."""
+    broken = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        path, _, anchor = link.partition("#")
+        if re.match(r"\w+:", link):
+            continue
+        target = (file.parent / path).resolve() if path else file
+        asked = anchor and target.suffix == ".md"
+        if not target.exists() or (
+            asked and anchor not in anchors(target.read_text(encoding="utf-8"))
+        ):
+            broken.append(link)
+    return broken
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_every_relative_link_leads_somewhere(file):
+    assert broken_links(file, text_of(file)) == []
+
+
+def test_broken_links_are_found():
+    file = ROOT / "README.md"
+    text = "[a](data/README.md) [b](gone.md) [c](#nowhere) [d](#cite-it) [e](https://x.org/y)"
+    assert broken_links(file, text) == ["gone.md", "#nowhere"]
+
+
+def test_all_that_names_the_version_names_the_same():
+    read = {
+        name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CHANGELOG.md")
+    }
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    zenodo = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
+    released = re.findall(r"^## \[(\d.*)\] - (\S+)$", read["CHANGELOG.md"], re.M)
+    version, day = released[0]
+    assert version == fs.__version__ == citation["version"] == zenodo["version"]
+    assert day == str(citation["date-released"]) == zenodo["publication_date"]
+    assert citation["title"] == zenodo["title"]
+    assert f"version {fs.__version__}," in read["README.md"]
+
+
+def test_the_citation_has_what_its_format_asks_for():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["cff-version"] == "1.2.0"
+    assert {"message", "title", "authors"} <= citation.keys()
+    assert citation["type"] in ("software", "dataset")
+
+
+def pins(file):
+    """Names and versions that a file of requirements pins."""
+    lines = (line.split("#")[0].strip() for line in file.read_text(encoding="utf-8").splitlines())
+    return {Requirement(line).name: line for line in lines if line and not line.startswith("-")}
+
+
+def test_the_book_s_packages_are_pinned_beside_the_reader_s():
+    book, reader = pins(ROOT / "docs/requirements.txt"), pins(ROOT / "environment.txt")
+    assert book.keys() & reader.keys() == set()
+    assert all(re.fullmatch(r"[a-z0-9-]+==[0-9][0-9a-z.]*", line) for line in book.values())
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / ".github").rglob("*.yml")), ids=lambda f: f.name)
+def test_workflows_and_forms_can_be_read(file):
+    content = yaml.safe_load(file.read_text(encoding="utf-8"))
+    if file.parent.name == "workflows":
+        commands = [
+            step["run"]
+            for job in content["jobs"].values()
+            for step in job["steps"]
+            if "run" in step
+        ]
+        for script in re.findall(r"[\w./]+/[\w.]+(?:\.py|run)\b", " ".join(commands)):
+            assert (ROOT / script).exists(), script
