@@ -141,7 +141,7 @@ def time_minimal_plan(
     field, kernels = query.field()
     found = kernels.search(field)
     # Waits are many, and few can matter: those that leave time to arrive earlier.
-    waits = find_waits(field, found[0])
+    waits = find_waits(field, kernels, found[0])
     if len(waits):
         field = field._replace(wait=waits)
         found = min(found, kernels.search(field), key=itemgetter(0))

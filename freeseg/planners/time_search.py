@@ -69,18 +69,18 @@ STRAIGHT, RIDE = 0, 1
 #: Columns of waits: what they are; from when until when (s) the robot can ride there, and where
 #: that ends (m); the discs that meet there, or -1; which of two corners it is; and from here on
 #: two rows of numbers that say where it is, as for `wait_at`.
-WAIT, FROM, UNTIL, END_X, END_Y, ONE, OTHER, SIDE, SHAPE = range(9)
+WAIT, SINCE, UNTIL, END_X, END_Y, ONE, OTHER, SIDE, SHAPE = range(9)
 
-#: Kinds of waits: the corner of two discs, or of a disc and an edge; the place that leaves the goal.
+#: Kinds of waits: the corner of two discs, or of a disc and an edge; what leaves the goal last.
 CORNER, WALL, RELEASE = 0, 1, 2
 
-#: When a line meets a wait is found by halving an interval until it is so short, relatively.
+#: When a line meets a wait, or a wait is free, is found to so much, relatively.
 HALVED = 1e-15
 
 #: A slide that ends so close (m) to a wait is there.
 THERE = 3e-8
 
-#: Parts of a ride are looked at so closely (share of it) at least, where something is near.
+#: A ride is looked at in steps of at least this share of it.
 RIDE_STEP = 1e-3
 
 
@@ -152,7 +152,7 @@ def search(field):
     while heap:
         promise, k = heappop(heap)
         if k < 0:
-            moves, count = go_on(field, labels, -1 - k, newest, moves, count, heap)
+            moves, count = go_on(field, labels, -1 - k, newest, waited, moves, count, heap)
             continue
         if known == len(labels):
             labels = doubled(labels)
@@ -163,8 +163,9 @@ def search(field):
             continue
         if move[ONTO] >= len(field.disc):
             if not waited[int(move[ONTO]) - len(field.disc)] and is_open(field, labels, move):
+                waited[int(move[ONTO]) - len(field.disc)] = True
                 begin_wait(labels[known], move)
-                moves, count = ride(field, labels, known, waited, moves, count, heap)
+                moves, count = ride(field, labels, known, moves, count, heap)
                 known += 1
             continue
         i, side = int(move[ONTO]), int(move[TO_SENSE] < 0)
@@ -372,7 +373,7 @@ def catch(field, x, y, t, wait):
 
     The duration is negative where it comes too late.
     """
-    low, high = max(wait[FROM], t), wait[UNTIL]
+    low, high = max(wait[SINCE], t), wait[UNTIL]
     if low > high:
         return 0.0, 0.0, -1.0, 1.0, 0.0
     dx, dy = wait[END_X] - x, wait[END_Y] - y
@@ -380,18 +381,27 @@ def catch(field, x, y, t, wait):
     if far > field.speed * (high - t):
         pace = field.speed / max(far, 1e-300)
         return pace * dx, pace * dy, -1.0, 1.0, 0.0
-    px, py, _, _ = wait_at(wait, low)
-    if math.hypot(px - x, py - y) <= field.speed * (low - t):
-        high = low
-    while high - low > HALVED * high:
-        middle = (low + high) / 2
-        px, py, _, _ = wait_at(wait, middle)
-        if math.hypot(px - x, py - y) > field.speed * (middle - t):
-            low = middle
+    when = low
+    # Newton's method, kept between what is too early and what is late enough.
+    for _ in range(60):
+        px, py, vx, vy = wait_at(wait, when)
+        gx, gy = px - x, py - y
+        far = math.hypot(gx, gy)
+        late = field.speed * (when - t) - far
+        if late >= 0:
+            high = when
+            if when == low:
+                break
         else:
-            high = middle
-    lasts = high - t
-    px, py, _, _ = wait_at(wait, high)
+            low = when
+        slope = field.speed - (gx * vx + gy * vy) / max(far, 1e-300)
+        step = late / slope if slope > 0 else math.inf
+        if abs(step) <= HALVED * high or high - low <= HALVED * high:
+            break
+        when -= step
+        if not low < when < high:
+            when = (low + high) / 2
+    lasts = when - t
     if lasts <= 0:
         return 0.0, 0.0, -1.0, 1.0, 0.0
     return (px - x) / lasts, (py - y) / lasts, lasts, 1.0, 0.0
@@ -406,61 +416,87 @@ def begin_wait(label, move):
     label[OLDER], label[ENDED_BY] = -1, -1
 
 
-def ride(field, labels, a, waited, moves, count, heap):
-    """List what a ride leads to: the slides on both discs and all lines where it ends.
-
-    Where something gets in the way, another wait may go on from there.
-    """
-    k = int(labels[a, DISC]) - len(field.disc)
-    wait = field.wait[k]
-    end = ride_until(field, wait, labels[a, TIME])
+def ride(field, labels, a, moves, count, heap):
+    """List what a ride leads to: slides on both discs, and all lines and waits where it ends."""
+    wait = field.wait[int(labels[a, DISC]) - len(field.disc)]
+    end = wait[UNTIL]
     x, y, vx, vy = wait_at(wait, end)
-    if end < wait[UNTIL]:
-        return change_wait(field, a, end, x, y, end, moves, count, heap)
-    waited[k] = True
     if wait[WAIT] == RELEASE:
         move = (a + 0.0, end, x, y, 0.0, 0.0, end, 0.0, TARGET + 0.0, 1.0, 0.0, RIDE + 0.0)
         return list_move(field, move, 0.0, 0.0, moves, count, heap)
     for i in (int(wait[ONE]), int(wait[OTHER])):
         if i >= 0:
-            cx, cy, u, w, _, g = field.disc[i]
+            cx, cy, u, w, _, _ = field.disc[i]
             nx, ny = x - cx - u * end, y - cy - w * end
             sense = 1.0 if nx * (vy - w) - ny * (vx - u) > 0 else -1.0
             touch = math.atan2(ny, nx)
             move = (a + 0.0, end, x, y, vx, vy, end, 0.0, i + 0.0, sense, touch, 0.0)
             size = math.hypot(nx, ny)
             moves, count = list_move(field, move, nx / size, ny / size, moves, count, heap)
+    moves, count = change_wait(field, a, end, x, y, end, moves, count, heap)
     return leave_place(field, a, end, x, y, end, moves, count, heap)
 
 
-def ride_until(field, wait, begin):
-    """When a ride ends: where it is to, or before that, where it meets something."""
-    t, end = begin, wait[UNTIL]
-    least = RIDE_STEP * (end - begin)
-    while t < end:
-        x, y, _, _ = wait_at(wait, t)
-        nearest = math.inf
-        for j in range(1, len(field.disc)):
-            if j != int(wait[ONE]) and j != int(wait[OTHER]):
-                gap, _ = gap_to(field, x, y, 0.0, 0.0, t, j, -1)
-                pace = math.hypot(field.disc[j, U], field.disc[j, W]) + field.disc[j, GROWTH]
-                if gap < -THERE:
-                    return t
-                nearest = min(nearest, gap / (field.speed + pace))
-        for e in range(len(field.keep)):
-            gap, _ = gap_to(field, x, y, 0.0, 0.0, t, -1, e)
-            if gap < -THERE:
-                return t
-            nearest = min(nearest, gap / field.speed)
-        t += max(nearest, least)
-    return end
+def free_parts(field):
+    """The waits, cut to the parts in which nothing is in the way."""
+    parts, count = np.empty((64, field.wait.shape[1])), 0
+    for k in range(len(field.wait)):
+        wait = field.wait[k]
+        least = RIDE_STEP * (wait[UNTIL] - wait[SINCE])
+        before = t = since = wait[SINCE]
+        was_free = is_free = spare(field, wait, t) >= 0
+        while True:
+            if is_free != was_free or (t >= wait[UNTIL] and is_free):
+                change = t if is_free == was_free else turn(field, wait, before, t, was_free)
+                if was_free and change > since:
+                    if count == len(parts):
+                        parts = doubled(parts)
+                    parts[count] = wait
+                    parts[count, SINCE], parts[count, UNTIL] = since, change
+                    parts[count, END_X], parts[count, END_Y], _, _ = wait_at(wait, change)
+                    count += 1
+                since, was_free = change, is_free
+            if t >= wait[UNTIL]:
+                break
+            before = t
+            t = min(t + max(abs(spare(field, wait, t)), least), wait[UNTIL])
+            is_free = spare(field, wait, t) >= 0
+    return parts[:count].copy()
+
+
+def turn(field, wait, low, high, was_free):
+    """When something begins, or ends, to be in the way of a ride, between two times."""
+    while high - low > HALVED * high:
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        if (spare(field, wait, middle) >= 0) == was_free:
+            low = middle
+        else:
+            high = middle
+    return low if was_free else high
+
+
+def spare(field, wait, t):
+    """How long (s) it takes at least until something is in the way of a ride, or no longer is."""
+    x, y, _, _ = wait_at(wait, t)
+    nearest = math.inf
+    for j in range(1, len(field.disc)):
+        if j != int(wait[ONE]) and j != int(wait[OTHER]):
+            gap, _ = gap_to(field, x, y, 0.0, 0.0, t, j, -1)
+            pace = math.hypot(field.disc[j, U], field.disc[j, W]) + field.disc[j, GROWTH]
+            nearest = min(nearest, (gap + CLOSER) / (field.speed + pace))
+    for e in range(len(field.keep)):
+        gap, _ = gap_to(field, x, y, 0.0, 0.0, t, -1, e)
+        nearest = min(nearest, (gap + CLOSER) / field.speed)
+    return nearest
 
 
 def change_wait(field, a, leaving, x, y, t, moves, count, heap):
     """List all waits that are where the robot is at a time."""
     for k in range(len(field.wait)):
         wait = field.wait[k]
-        if wait[FROM] <= t < wait[UNTIL]:
+        if wait[SINCE] <= t * (1 + TURNED) and t < wait[UNTIL]:
             px, py, _, _ = wait_at(wait, t)
             if math.hypot(px - x, py - y) < THERE:
                 onto = len(field.disc) + k + 0.0
@@ -504,7 +540,7 @@ def earliest(field, x, y, t):
     return t
 
 
-def go_on(field, labels, a, newest, moves, count, heap):
+def go_on(field, labels, a, newest, waited, moves, count, heap):
     """Follow a slide for a part of a turn, and list all moves that leave it there."""
     label = labels[a]
     begin = label[DONE]
@@ -522,9 +558,12 @@ def go_on(field, labels, a, newest, moves, count, heap):
             for side in range(2 if j != TARGET else 1):
                 sense = 1 - 2 * side
                 moves, count = leave(field, label, a, j, sense, looks, moves, count, heap)
+    _, x, y, _, _, t = looks[0]
     for k in range(len(field.wait)):
         wait = field.wait[k]
-        if label[DISC] != wait[ONE] and label[DISC] != wait[OTHER] and looks[0, 5] < wait[UNTIL]:
+        far = math.hypot(wait[END_X] - x, wait[END_Y] - y)
+        in_time = far <= field.speed * (wait[UNTIL] - t) + CLOSER and not waited[k]
+        if in_time and label[DISC] != wait[ONE] and label[DISC] != wait[OTHER]:
             j = len(field.disc) + k
             moves, count = leave(field, label, a, j, 1, looks, moves, count, heap)
     if stop < end:

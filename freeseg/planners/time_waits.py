@@ -8,6 +8,7 @@ last time the corner moves as the slides on both discs do.
 """
 
 from collections.abc import Callable
+from types import ModuleType
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from freeseg.planners.time_search import (
     CORNER,
     END_X,
     END_Y,
-    FROM,
     GROWTH,
     ONE,
     OTHER,
@@ -23,36 +23,37 @@ from freeseg.planners.time_search import (
     RELEASE,
     SHAPE,
     SIDE,
+    SINCE,
     UNTIL,
     WAIT,
     WALL,
+    Field,
     U,
     W,
-    X,
-    Field,
-    Y,
     corner_at,
     wall_at,
 )
 from freeseg.planners.timed_query import meeting
 
 #: Number of columns of a wait.
-COLUMNS = SHAPE + 12
+WAIT_COLUMNS = SHAPE + 12
 
 #: Corners are looked at so many times, closer to each other towards both ends.
-LOOKS = 120
+CORNER_LOOKS = 120
 
 #: When a corner is as fast as the robot is found by halving an interval so often.
 HALVINGS = 60
 
 
-def find_waits(field: Field, latest: float) -> np.ndarray:
+def find_waits(field: Field, kernels: ModuleType, latest: float) -> np.ndarray:
     """All waits that could make a robot arrive before a time.
 
     Parameters
     ----------
     field : Field
         What the search is given; its own waits are not looked at.
+    kernels : module
+        The search, compiled or not.
     latest : float
         When the robot arrives without them (s), or infinite.
 
@@ -62,17 +63,31 @@ def find_waits(field: Field, latest: float) -> np.ndarray:
         Columns as in `time_search`.
     """
     found = np.concatenate([_releases(field), _corners(field, latest), _walls(field, latest)])
-    end, until = found[:, END_X : END_Y + 1], found[:, UNTIL]
-    before, after = (np.hypot(*(end - place).T) for place in (field.start, field.disc[0, :2]))
-    # It must be reached in time, and must leave time enough.
-    useful = (before <= field.speed * until) & (until + after / field.speed < latest)
-    return np.ascontiguousarray(found[useful])
+    # A part of a ride may be useful where all of it is not, by what it takes at most.
+    longest = found[:, UNTIL] - found[:, SINCE]
+    found = found[_is_useful(field, found, latest, longest)]
+    parts = kernels.free_parts(field._replace(wait=np.ascontiguousarray(found)))
+    useful: np.ndarray = parts[_is_useful(field, parts, latest, 0.0)]
+    return useful
+
+
+def _is_useful(
+    field: Field, found: np.ndarray, latest: float, spare: np.ndarray | float
+) -> np.ndarray:
+    """Whether waits, or what is so long (s) before their ends, can make a robot earlier."""
+    until = found[:, UNTIL]
+    before, after = (
+        np.hypot(*(found[:, END_X : END_Y + 1] - place).T) / field.speed
+        for place in (field.start, field.disc[0, :2])
+    )
+    useful: np.ndarray = (before <= until + spare) & (until + after - 2 * spare < latest)
+    return useful
 
 
 def _releases(field: Field) -> np.ndarray:
     """Places of rims that leave the goal last: they move evenly."""
     which = np.flatnonzero(np.isfinite(field.release[:, 0]))
-    found = np.zeros((len(which), COLUMNS))
+    found = np.zeros((len(which), WAIT_COLUMNS))
     when, angle = field.release[which].T
     normal = np.stack([np.cos(angle), np.sin(angle)], -1)
     velocity = field.disc[which, U : W + 1] + field.disc[which, GROWTH, None] * normal
@@ -93,7 +108,7 @@ def _corners(field: Field, latest: float) -> np.ndarray:
     one, other, drift, swell = one[keep], other[keep], drift[keep], swell[keep]
     offset = disc[one, :2] - disc[other, :2]
     first, last = meeting(offset, drift, disc[one, RADIUS] + disc[other, RADIUS], swell)
-    found = np.zeros((len(one), COLUMNS))
+    found = np.zeros((len(one), WAIT_COLUMNS))
     found[:, WAIT], found[:, ONE], found[:, OTHER] = CORNER, one, other
     found[:, SHAPE : SHAPE + 6], found[:, SHAPE + 6 :] = disc[one], disc[other]
     return _rides(field, found, first, last, latest, corner_at)
@@ -108,7 +123,7 @@ def _walls(field: Field, latest: float) -> np.ndarray:
     along = edge[:, 2:] - edge[:, :2]
     along /= np.hypot(*along.T)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], -1)
-    found = np.zeros((len(disc), COLUMNS))
+    found = np.zeros((len(disc), WAIT_COLUMNS))
     found[:, WAIT], found[:, ONE], found[:, OTHER] = WALL, disc, -1
     found[:, SHAPE : SHAPE + 6] = field.disc[disc]
     found[:, SHAPE + 6 : SHAPE + 8] = edge[:, :2] + keep[:, None] * across
@@ -118,6 +133,24 @@ def _walls(field: Field, latest: float) -> np.ndarray:
     drift = (field.disc[disc, U : W + 1] * across).sum(-1, keepdims=True) * [1, 0]
     first, last = meeting(offset, drift, field.disc[disc, RADIUS], field.disc[disc, GROWTH])
     return _rides(field, found, first, last, latest, wall_at)
+
+
+def _within_reach(field: Field, latest: float) -> tuple[np.ndarray, np.ndarray]:
+    """From when until when a robot that arrives in time can touch each disc."""
+    since, until = np.zeros(len(field.disc)), np.full(len(field.disc), latest)
+    for end, reach, pace in (
+        (field.start, 0.0, field.speed),
+        (field.disc[0, :2], field.speed * latest, -field.speed),
+    ):
+        # Where the robot can be at a time is a disc that grows, and then shrinks.
+        first, last = meeting(
+            field.disc[:, :2] - end,
+            field.disc[:, U : W + 1],
+            field.disc[:, RADIUS] + reach,
+            field.disc[:, GROWTH] + pace,
+        )
+        since, until = np.maximum(since, first), np.minimum(until, last)
+    return since, until
 
 
 def _rides(
@@ -130,9 +163,15 @@ def _rides(
 ) -> np.ndarray:
     """Rides on corners that are there from `first` until `last`, to where they are too fast."""
     ends = last[np.isfinite(last)]
-    last = np.minimum(last, latest if np.isfinite(latest) else ends.max(initial=0.0))
+    horizon = latest if np.isfinite(latest) else ends.max(initial=0.0)
+    near = _within_reach(field, horizon)
+    first, gone = np.maximum(first, near[0][found[:, ONE].astype(int)]), last
+    last = np.minimum(np.minimum(last, near[1][found[:, ONE].astype(int)]), horizon)
+    is_end = last == gone
     there = first < last
-    found, first, last = (np.concatenate([one[there]] * 2) for one in (found, first, last))
+    found, first, last, is_end = (
+        np.concatenate([one[there]] * 2) for one in (found, first, last, is_end)
+    )
     found[:, SIDE] = np.repeat([1, -1], len(found) // 2)
     shape, side = found[:, SHAPE:].T[..., None], found[:, SIDE, None]
 
@@ -150,19 +189,22 @@ def _rides(
             slow, fast = np.where(slower, middle, slow), np.where(slower, fast, middle)
         return slow
 
-    share = (1 - np.cos(np.linspace(0, np.pi, LOOKS))) / 2
+    share = (1 - np.cos(np.linspace(0, np.pi, CORNER_LOOKS))) / 2
     t = first[:, None] + (last - first)[:, None] * share
     slow = is_slow(t, np.arange(len(found)))
-    slow[:, -1] &= last >= latest
+    # In the end it is infinitely fast.
+    slow[:, -1] &= ~is_end
     row, end = np.nonzero(slow[:, :-1] & ~slow[:, 1:])
+    if not len(row):
+        return found[:0]
     # The look at which it began to be slow.
-    begin = np.where(slow, 0, np.arange(LOOKS)[None])
+    begin = np.where(slow, 0, np.arange(CORNER_LOOKS)[None])
     begin = np.maximum.accumulate(begin, 1)[row, end]
     begin_is_slow = slow[row, begin]
     until = change(t[row, end], t[row, end + 1], row)
     since = change(t[row, begin + 1 - begin_is_slow], t[row, begin], row)
     found = found[row]
-    found[:, FROM], found[:, UNTIL] = np.where(begin_is_slow, t[row, begin], since), until
+    found[:, SINCE], found[:, UNTIL] = np.where(begin_is_slow, t[row, begin], since), until
     x, y, _, _ = place(found[:, SHAPE:].T[:6], found[:, SHAPE:].T[6:], found[:, SIDE], until)
     found[:, END_X], found[:, END_Y] = x, y
     return found
