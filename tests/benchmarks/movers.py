@@ -35,21 +35,14 @@ from numba import njit
 import freeseg as fs
 from freeseg.data import DATA, write_csv
 from freeseg.geometry import unit
-from freeseg.segments import MARGIN
-from freeseg.studies import runner
+from freeseg.studies import crossings, runner
 
 FILE = DATA / "movers_optimal.csv"
 
-#: Speed of the robot (m/s), and distance (m) that its centre keeps from obstacles.
-SPEED = 0.3
-R_D = fs.KheperaIV().radius + MARGIN / 2
-
-#: Start, and distance of the goal from it (m): a whole number of cells of the grid.
-START, FAR = (0.0, 0.0), 2.0
-GOAL = (FAR, 0.0)
-
-#: Scenes judged, and what each is made of besides movers.
-SCENES, KINDS = 2000, ("movers", "movers", "movers", "with discs", "with polygons")
+#: The scenes, from `freeseg.studies.crossings`.
+SPEED, R_D = crossings.CROSSING_SPEED, crossings.CROSSING_KEEP
+START, GOAL = crossings.CROSSING_START, crossings.CROSSING_GOAL
+SCENES, FAR = 2000, GOAL[0]
 
 #: The programme is slow: it answers some of the scenes only, one in so many.
 EVERY = 4
@@ -66,47 +59,11 @@ TINY, EVEN = 1e-5, 1e-3
 #: Area of the square that a mover has to itself in the scenes that are timed (m^2).
 AREA = 0.25
 
-#: A rival has won if it arrives so much earlier, relative.
-BEATEN = 1e-4
-
 #: What counts as round-off: in the distance kept (m), and in speed, relative.
 ROUND_OFF = 1e-6
 
 #: Times at which an answer is checked.
 CHECKS = 4000
-
-
-def make_scene(seed, movers=None, kind=None):
-    """Scene number `seed`, or one of another size or kind; equal numbers give equal scenes."""
-    rng = np.random.default_rng(seed)
-    count = movers or 1 + seed // len(KINDS) % 10
-    kind = kind or KINDS[seed % len(KINDS)]
-    straight, t = np.linspace(START, GOAL, 400), np.linspace(0, FAR / SPEED, 400)
-    while True:
-        still = 0 if kind == "movers" else rng.integers(1, 4)
-        world = fs.World([random_obstacle(rng, kind) for _ in range(still)])
-        scene = fs.Scene(world, [random_mover(rng) for _ in range(count)])
-        clear = scene.distances(START, 0.0).min() > R_D + 0.01
-        clear &= fs.Scene(world).distances(GOAL, 0.0).min(initial=1.0) > R_D + 0.01
-        if clear and scene.distances(straight, t).min() < R_D:
-            return scene
-
-
-def random_mover(rng):
-    """A disc that is somewhere near the straight way at some time on it."""
-    when, radius = rng.uniform(0, FAR / SPEED), rng.uniform(0.05, 0.3)
-    velocity = rng.uniform(0, 0.95 * SPEED) * unit(rng.uniform(-np.pi, np.pi))
-    place = np.array([rng.uniform(-0.1, 1.1) * FAR, rng.normal(0, 0.25)])
-    return fs.Mover(fs.Disc(place - when * velocity, radius), velocity)
-
-
-def random_obstacle(rng, kind):
-    """A disc or a triangle that stands."""
-    place = rng.uniform((0, -0.5), (FAR, 0.5))
-    if kind == "with discs":
-        return fs.Disc(place, rng.uniform(0.05, 0.25))
-    corners = unit(rng.uniform(0, 2 * np.pi) + np.array([0, 2.1, 4.2]))
-    return fs.Polygon(place + rng.uniform(0.1, 0.25, (3, 1)) * corners)
 
 
 def as_arrays(scene):
@@ -398,12 +355,12 @@ def guesses(seed, plan, found):
 
 def judge(seed, _=0):
     """Row of a scene: our arrival, and those of the rivals as multiples of it."""
-    scene = make_scene(seed)
-    plan = fs.time_minimal_plan(scene, START, GOAL, SPEED)
+    plan = crossings.plan_crossing(seed)
+    scene = plan.scene
     discs, edges = as_arrays(scene)
     row = {
         "seed": seed,
-        "kind": KINDS[seed % len(KINDS)],
+        "kind": crossings.CROSSING_KINDS[seed % len(crossings.CROSSING_KINDS)],
         "movers": len(scene.movers),
         "still": len(scene.world),
         "proved": int(plan.proved),
@@ -419,32 +376,23 @@ def judge(seed, _=0):
     return row
 
 
-def judge_scenes(rows):
-    """Print how near the rivals came, and which scenes they won."""
-    for name in ("grid", "from_ours", "from_random", "from_grid", "best"):
-        ratios = np.array([row[name] for row in rows if row[name]])
-        won = (ratios < 1 - BEATEN).sum()
-        near = (ratios < 1 + BEATEN).sum()
-        print(
-            f"{name:12s} {len(ratios):5d} answers, {won} earlier, {near - won} within {BEATEN:g}, "
-            f"median {np.median(ratios):.6f}"
-        )
-    for row in rows:
-        if row["best"] and row["best"] < 1 - BEATEN:
-            print("beaten:", row)
-
-
 def as_row(found):
-    """A row as it is stored: with the best rival, and nothing where there was no answer."""
+    """A row as it is stored: a rival without an answer has 0."""
     if found["failure"]:
         raise SystemExit(f"scene {found['case']}: {found['failure']}")
-    names = "grid", "from_ours", "from_random", "from_grid"
     row = {key: found[key] for key in ("seed", "kind", "movers", "still", "proved")}
     row["arrival_s"] = round(found["arrival_s"], 9)
-    answers = {name: found.get(name) for name in names}
-    row |= {name: round(value, 6) if value else "" for name, value in answers.items()}
-    best = [value for value in answers.values() if value]
-    return row | {"best": round(min(best), 6) if best else ""}
+    return row | {name: round(found.get(name) or 0.0, 6) for name in crossings.RIVAL_NAMES}
+
+
+def print_verdict(rows):
+    """Print how near the rivals came, and the scenes in which one arrived before us."""
+    for name in crossings.RIVAL_NAMES:
+        print(name, crossings.judge_rivals(rows, [name]))
+    print("best", crossings.judge_rivals(rows, crossings.RIVAL_NAMES))
+    for row in rows:
+        if crossings.judge_rivals([row], crossings.RIVAL_NAMES)["earlier"]:
+            print("beaten in", row)
 
 
 def crowd(seed, count):
@@ -489,7 +437,7 @@ def main(arguments=None):
         return
     seeds = range(4) if given.quick else range(SCENES)
     rows = [as_row(row) for row in runner.run(judge, seeds, given.store, jobs=1)]
-    judge_scenes(rows)
+    print_verdict(rows)
     if given.store:
         write_csv(FILE, rows)
 
