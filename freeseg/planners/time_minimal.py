@@ -16,7 +16,7 @@ from freeseg.planners.timed_query import TimedQuery, ask_in_time, meeting
 from freeseg.robot import Robot
 from freeseg.scene import Scene
 from freeseg.segments import MARGIN
-from freeseg.timed_path import Ride, Slide, Straight, TimedPath
+from freeseg.timed_path import APART, Ride, Slide, Straight, TimedPath
 from freeseg.world import World
 
 #: A slide or a line that takes less (s, relative to the arrival) is round-off.
@@ -273,13 +273,20 @@ def _verify(query: TimedQuery, path: TimedPath) -> None:
     Raises
     ------
     Trapped
-        Where the path comes too close to an obstacle, or is too fast.
+        Where the path does not lead from start to goal, comes too close to an obstacle, or is
+        too fast.
     """
     still = query.still
     count = math.ceil(path.arrival * query.speed / (still.robot.radius * FINER))
     t = np.linspace(0, path.arrival, min(max(count, 2), MOST_CHECKS))
     pose, velocity = path.at(t)
     points = pose[:2].T
+    beside = np.hypot(*(points[[0, -1]] - [still.start, still.goal]).T).max()
+    if beside > APART:
+        raise Trapped(
+            f"the path begins or ends {beside:.6g} m from the start or the goal; please report "
+            "this scene"
+        )
     still.verify_points(points, ())
     gaps = query.scene.distances(points, t)[:, query.moving]
     movers = [query.scene.movers[index - len(query.scene.world)] for index in query.moving]

@@ -77,8 +77,14 @@ CORNER, WALL, RELEASE = 0, 1, 2
 #: When a line meets a wait, or a wait is free, is found to so much, relatively.
 HALVED = 1e-15
 
+#: What a divisor is at least.
+LEAST = 1e-300
+
 #: A slide that ends so close (m) to a wait is there.
 THERE = 3e-8
+
+#: A ride to a wait is followed back in so many steps.
+RIDE_LOOKS = 400
 
 #: A ride is looked at in steps of at least this share of it.
 RIDE_STEP = 1e-3
@@ -353,7 +359,9 @@ def corner_at(a, b, side, t):
     mx, my = nx - dx, ny - dy
     # What is there stays on both rims.
     one, other = a[U] * nx + a[W] * ny + a[GROWTH] * r, b[U] * mx + b[W] * my + b[GROWTH] * s
+    # Where they only touch, it is as fast as can be told.
     twist = nx * my - ny * mx
+    twist = twist + LEAST * (twist == 0)
     return x + nx, y + ny, (one * my - other * ny) / twist, (other * nx - one * mx) / twist
 
 
@@ -363,6 +371,7 @@ def wall_at(a, b, side, t):
     ex, ey = b[U], b[W]
     along, across = (x - b[X]) * ex + (y - b[Y]) * ey, (y - b[Y]) * ex - (x - b[X]) * ey
     half = side * np.sqrt(np.maximum(r * r - across * across, 0.0))
+    half = half + LEAST * (half == 0)
     nx, ny = half * ex + across * ey, half * ey - across * ex
     pace = (a[U] * nx + a[W] * ny + a[GROWTH] * r) / half
     return b[X] + (along + half) * ex, b[Y] + (along + half) * ey, pace * ex, pace * ey
@@ -379,7 +388,7 @@ def catch(field, x, y, t, wait):
     dx, dy = wait[END_X] - x, wait[END_Y] - y
     far = math.hypot(dx, dy)
     if far > field.speed * (high - t):
-        pace = field.speed / max(far, 1e-300)
+        pace = field.speed / max(far, LEAST)
         return pace * dx, pace * dy, -1.0, 1.0, 0.0
     when = low
     # Newton's method, kept between what is too early and what is late enough.
@@ -394,7 +403,7 @@ def catch(field, x, y, t, wait):
                 break
         else:
             low = when
-        slope = field.speed - (gx * vx + gy * vy) / max(far, 1e-300)
+        slope = field.speed - (gx * vx + gy * vy) / max(far, LEAST)
         step = late / slope if slope > 0 else math.inf
         if abs(step) <= HALVED * high or high - low <= HALVED * high:
             break
@@ -421,7 +430,8 @@ def ride(field, labels, a, moves, count, heap):
     wait = field.wait[int(labels[a, DISC]) - len(field.disc)]
     end = wait[UNTIL]
     x, y, vx, vy = wait_at(wait, end)
-    if wait[WAIT] == RELEASE:
+    x_left, y_left = x - field.disc[TARGET, X], y - field.disc[TARGET, Y]
+    if wait[WAIT] == RELEASE and math.hypot(x_left, y_left) < THERE:
         move = (a + 0.0, end, x, y, 0.0, 0.0, end, 0.0, TARGET + 0.0, 1.0, 0.0, RIDE + 0.0)
         return list_move(field, move, 0.0, 0.0, moves, count, heap)
     for i in (int(wait[ONE]), int(wait[OTHER])):
@@ -438,7 +448,7 @@ def ride(field, labels, a, moves, count, heap):
 
 
 def free_parts(field):
-    """The waits, cut to the parts in which nothing is in the way."""
+    """The waits, cut to the parts in which nothing is in the way, and rides that lead to those."""
     parts, count = np.empty((64, field.wait.shape[1])), 0
     for k in range(len(field.wait)):
         wait = field.wait[k]
@@ -455,6 +465,8 @@ def free_parts(field):
                     parts[count, SINCE], parts[count, UNTIL] = since, change
                     parts[count, END_X], parts[count, END_Y], _, _ = wait_at(wait, change)
                     count += 1
+                    if since > wait[SINCE]:
+                        parts, count = lead_in(field, wait, since, parts, count)
                 since, was_free = change, is_free
             if t >= wait[UNTIL]:
                 break
@@ -462,6 +474,45 @@ def free_parts(field):
             t = min(t + max(abs(spare(field, wait, t)), least), wait[UNTIL])
             is_free = spare(field, wait, t) >= 0
     return parts[:count].copy()
+
+
+def lead_in(field, wait, end, parts, count):
+    """List the rides to where a disc leaves a wait: on its corners with what the wait is on."""
+    x, y, _, _ = wait_at(wait, end)
+    k, nearest = -1, math.inf
+    for j in range(1, len(field.disc)):
+        gap, _ = gap_to(field, x, y, 0.0, 0.0, end, j, -1)
+        if j != int(wait[ONE]) and j != int(wait[OTHER]) and abs(gap) < nearest:
+            k, nearest = j, abs(gap)
+    if nearest > THERE:
+        return parts, count
+    row = wait.copy()
+    row[WAIT], row[OTHER], row[SHAPE + 6 :] = CORNER, k, field.disc[k]
+    for i in (int(wait[ONE]), int(wait[OTHER])):
+        for side in (-1.0, 1.0):
+            if i < 0:
+                continue
+            row[ONE], row[SIDE], row[SHAPE : SHAPE + 6] = i, side, field.disc[i]
+            px, py, _, _ = wait_at(row, end)
+            if math.hypot(px - x, py - y) > THERE:
+                continue
+            step, since = end / RIDE_LOOKS, end
+            while since - step >= 0 and is_ride(field, row, since - step):
+                since -= step
+            if since < end:
+                if count == len(parts):
+                    parts = doubled(parts)
+                parts[count] = row
+                parts[count, SINCE], parts[count, UNTIL] = since, end
+                parts[count, END_X], parts[count, END_Y] = px, py
+                count += 1
+    return parts, count
+
+
+def is_ride(field, wait, t):
+    """Whether a corner is there at a time, slower than the robot, and free."""
+    _, _, vx, vy = wait_at(wait, t)
+    return math.hypot(vx, vy) < field.speed and spare(field, wait, t) >= 0
 
 
 def turn(field, wait, low, high, was_free):
@@ -482,8 +533,9 @@ def spare(field, wait, t):
     x, y, _, _ = wait_at(wait, t)
     nearest = math.inf
     for j in range(1, len(field.disc)):
-        if j != int(wait[ONE]) and j != int(wait[OTHER]):
-            gap, _ = gap_to(field, x, y, 0.0, 0.0, t, j, -1)
+        gap, _ = gap_to(field, x, y, 0.0, 0.0, t, j, -1)
+        # On those that it is on, it is where they meet, unless one holds the other.
+        if gap < -THERE or (j != int(wait[ONE]) and j != int(wait[OTHER])):
             pace = math.hypot(field.disc[j, U], field.disc[j, W]) + field.disc[j, GROWTH]
             nearest = min(nearest, (gap + CLOSER) / (field.speed + pace))
     for e in range(len(field.keep)):
@@ -740,7 +792,7 @@ def aside(field, x, y, vx, vy, t, j, sense):
         wait = field.wait[j - len(field.disc)]
         far = math.hypot(wait[END_X] - x, wait[END_Y] - y)
         # A line to a wait may be slow, and only its direction counts.
-        squared = field.speed * max(math.hypot(gx, gy), 1e-300)
+        squared = field.speed * max(math.hypot(gx, gy), LEAST)
     return (gx * vy - gy * vx) / squared, (gx * vx + gy * vy) / squared, far
 
 
