@@ -44,6 +44,9 @@ CORNER_LOOKS = 120
 #: When a corner is as fast as the robot is found by halving an interval so often.
 HALVINGS = 60
 
+#: Where corners are, and their velocities.
+_Place = Callable[..., tuple[np.ndarray, ...]]
+
 
 def find_waits(field: Field, kernels: ModuleType, latest: float) -> np.ndarray:
     """All waits that could make a robot arrive before a time.
@@ -159,7 +162,7 @@ def _rides(
     first: np.ndarray,
     last: np.ndarray,
     latest: float,
-    place: Callable[..., tuple[np.ndarray, ...]],
+    place: _Place,
 ) -> np.ndarray:
     """Rides on corners that are there from `first` until `last`, to where they are too fast."""
     ends = last[np.isfinite(last)]
@@ -173,25 +176,9 @@ def _rides(
         np.concatenate([one[there]] * 2) for one in (found, first, last, is_end)
     )
     found[:, SIDE] = np.repeat([1, -1], len(found) // 2)
-    shape, side = found[:, SHAPE:].T[..., None], found[:, SIDE, None]
-
-    def is_slow(t: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Whether corners are slower than the robot at times (rows, ...)."""
-        with np.errstate(all="ignore"):
-            _, _, vx, vy = place(shape[:6, rows], shape[6:, rows], side[rows], t)
-            return np.hypot(vx, vy) < field.speed  # not where it is not there
-
-    def change(slow: np.ndarray, fast: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """When it is as fast as the robot, between times when it is slower and faster."""
-        for _ in range(HALVINGS):
-            middle = (slow + fast) / 2
-            slower = is_slow(middle[:, None], rows)[:, 0]
-            slow, fast = np.where(slower, middle, slow), np.where(slower, fast, middle)
-        return slow
-
     share = (1 - np.cos(np.linspace(0, np.pi, CORNER_LOOKS))) / 2
     t = first[:, None] + (last - first)[:, None] * share
-    slow = is_slow(t, np.arange(len(found)))
+    slow = _is_slow(field, found, t, place)
     # In the end it is infinitely fast.
     slow[:, -1] &= ~is_end
     row, end = np.nonzero(slow[:, :-1] & ~slow[:, 1:])
@@ -201,10 +188,31 @@ def _rides(
     begin = np.where(slow, 0, np.arange(CORNER_LOOKS)[None])
     begin = np.maximum.accumulate(begin, 1)[row, end]
     begin_is_slow = slow[row, begin]
-    until = change(t[row, end], t[row, end + 1], row)
-    since = change(t[row, begin + 1 - begin_is_slow], t[row, begin], row)
-    found = found[row]
-    found[:, SINCE], found[:, UNTIL] = np.where(begin_is_slow, t[row, begin], since), until
+    found, t_row = found[row], t[row]
+    each = np.arange(len(row))
+    until = _change(field, found, t_row[each, end], t_row[each, end + 1], place)
+    since = _change(field, found, t_row[each, begin + 1 - begin_is_slow], t_row[each, begin], place)
+    found[:, SINCE], found[:, UNTIL] = np.where(begin_is_slow, t_row[each, begin], since), until
     x, y, _, _ = place(found[:, SHAPE:].T[:6], found[:, SHAPE:].T[6:], found[:, SIDE], until)
     found[:, END_X], found[:, END_Y] = x, y
     return found
+
+
+def _is_slow(field: Field, found: np.ndarray, t: np.ndarray, place: _Place) -> np.ndarray:
+    """Whether corners are there and slower than the robot at times (rows, k)."""
+    shape = found[:, SHAPE:].T[..., None]
+    with np.errstate(all="ignore"):
+        _, _, vx, vy = place(shape[:6], shape[6:], found[:, SIDE, None], t)
+        slow: np.ndarray = np.hypot(vx, vy) < field.speed
+    return slow
+
+
+def _change(
+    field: Field, found: np.ndarray, slow: np.ndarray, fast: np.ndarray, place: _Place
+) -> np.ndarray:
+    """When corners are as fast as the robot, between times when they are slower and faster."""
+    for _ in range(HALVINGS):
+        middle = (slow + fast) / 2
+        slower = _is_slow(field, found, middle[:, None], place)[:, 0]
+        slow, fast = np.where(slower, middle, slow), np.where(slower, fast, middle)
+    return slow
