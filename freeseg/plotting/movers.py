@@ -22,12 +22,12 @@ from freeseg.world import Disc
 
 #: Sheets of a mover in space and time: so many times, and directions round it.
 SHEET_TIMES, SHEET_ANGLES = 30, 40
-#: Arrows of velocities are this long for 1 m/s (m): the way of so many seconds.
-AHEAD = 1.5
+#: Arrows of velocities lead to where a mover is after this time (s).
+ARROW_TIME = 1.5
 #: The sketches' disc moves so fast, as a share of the robot's speed.
 DISC_SPEED = np.array([0.0, 0.45])
 #: Dangerous circle of the sketches.
-RING = {"fill": False, "ls": "--", "lw": 1.3, "ec": PALETTE["turning"], "zorder": 3}
+SKETCH_RIM = {"fill": False, "ls": "--", "lw": 1.3, "ec": PALETTE["turning"], "zorder": 3}
 #: A line that helps to see.
 THIN = {"color": "0.4", "lw": 1, "ls": ":", "zorder": 2}
 
@@ -68,7 +68,7 @@ def plot_moment(plan, t, ax=None):
         if isinstance(body, Disc):
             plot_circle(body.center, body.radius + _keep(plan), ax, lw=0.9)
             if np.any(mover.velocity):
-                ahead = body.center + AHEAD * np.asarray(mover.velocity)
+                ahead = body.center + ARROW_TIME * np.asarray(mover.velocity)
                 arrow(ax, body.center, ahead, PALETTE["outline"], lw=1.2)
     path = plan.path
     ax.plot(*path.pose[:2], color=PALETTE["planned"], lw=1, ls=":", zorder=3)
@@ -162,7 +162,7 @@ def plot_space_time(plan, ax=None):
 def _disc(ax, center, name="disc $j$"):
     """A disc of the sketches at a time, with the circle round it."""
     ax.add_patch(Circle(center, 0.62, fc=PALETTE["obstacle"], ec=PALETTE["outline"], zorder=1))
-    ax.add_patch(Circle(center, 1, **RING))
+    ax.add_patch(Circle(center, 1, **SKETCH_RIM))
     write(ax, name, center, size=10)
 
 
@@ -189,7 +189,7 @@ def sketch_graze(ax=None):
     pace = -along + math.sqrt(along**2 + 1 - DISC_SPEED @ DISC_SPEED)
     velocity = DISC_SPEED + pace * e
     drift = length / pace * DISC_SPEED
-    ax.add_patch(Circle(center + drift, 1, **RING | {"alpha": 0.4}))
+    ax.add_patch(Circle(center + drift, 1, **SKETCH_RIM | {"alpha": 0.4}))
     ax.plot(*np.transpose([(0, 0), length * e]), **THIN)
     ax.plot(*np.transpose([length * e, center]), **THIN)
     ax.plot(*np.transpose([(0, 0), center]), **THIN)
