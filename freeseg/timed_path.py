@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -149,12 +149,34 @@ class Slide:
 
 
 @dataclass(frozen=True, eq=False)
+class Ride:
+    """A motion that waits where two discs, or a disc and a wall, meet.
+
+    Parameters
+    ----------
+    place : callable
+        ``place(t)`` gives places (m) and velocities (m/s), each of shape (k, 2),
+        at times (k,).
+    begin, end : float
+        First and last time (s).
+    """
+
+    place: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+    begin: float
+    end: float
+
+    def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (m) and velocities (m/s) at times (k,), each of shape (k, 2)."""
+        return self.place(t)
+
+
+@dataclass(frozen=True, eq=False)
 class TimedPath:
     """Motions, each of which begins where and when the one before it ends.
 
     Parameters
     ----------
-    pieces : sequence of Straight and Slide
+    pieces : sequence of Straight, Slide and Ride
         In driving order.
 
     Raises
@@ -163,10 +185,12 @@ class TimedPath:
         For no piece, or a gap in place or time.
     """
 
-    pieces: Sequence[Straight | Slide]
+    pieces: Sequence[Straight | Slide | Ride]
 
     def __post_init__(self) -> None:
-        pieces = checks.instances("pieces", self.pieces, (Straight, Slide), "Straights and Slides")
+        pieces = checks.instances(
+            "pieces", self.pieces, (Straight, Slide, Ride), "Straights, Slides and Rides"
+        )
         object.__setattr__(self, "pieces", pieces)
         if not pieces:
             raise InvalidParameter("pieces is empty; a path needs at least one piece")

@@ -78,6 +78,9 @@ AX = plt.figure().add_subplot()
 LEVELS = np.array([0.001, 0.002])
 TAIL = splitting.Tail(LEVELS, LEVELS[::-1] * 300, LEVELS, LEVELS * 400, LEVELS, 10)
 EMPTY = len(AX.get_children())
+SPACE = plt.figure().add_subplot(projection="3d")
+MOVING = fs.Mover(fs.Disc((0.5, 0.4), 0.05), velocity=(0, -0.01))
+TIMED = fs.time_minimal_plan(fs.Scene(fs.World([]), [MOVING]), (0, 0), (1, 0), 0.1)
 PLACE = fs.plotting.draw_robot((0, 0, 0), ROBOT, AX)
 
 
@@ -475,6 +478,19 @@ CALLS = {
     ),
     "sketch_loop": (fs.plotting.sketch_loop, {"ax": AX}),
     "plot_repairs": (fs.plotting.plot_repairs, {"plans": {"one": PLAN}, "ax": AX}),
+    "plot_moment": (fs.plotting.plot_moment, {"plan": TIMED, "t": 0.5, "ax": AX}),
+    "animate_plan": (
+        fs.plotting.animate_plan,
+        {"plan": TIMED, "limits": (0, 1, 0, 1), "ax": AX, "frames": 2},
+    ),
+    "plot_space_time": (fs.plotting.plot_space_time, {"plan": TIMED, "ax": SPACE}),
+    "plot_opening": (
+        fs.plotting.plot_opening,
+        {"t": [0.0, 1.0], "lengths": [0.1, 0.2], "required": 0.15, "ax": AX},
+    ),
+    "sketch_graze": (fs.plotting.sketch_graze, {"ax": AX}),
+    "sketch_slide": (fs.plotting.sketch_slide, {"ax": AX}),
+    "sketch_leave": (fs.plotting.sketch_leave, {"ax": AX}),
     "plot_potential": (
         fs.plotting.plot_potential,
         {

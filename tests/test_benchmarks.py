@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 import freeseg as fs
 from freeseg.path import Arc
-from freeseg.studies import comparing, tuning
+from freeseg.studies import comparing, crossings, tuning
 
 FOLDER = Path(__file__).parent / "benchmarks"
 
@@ -166,3 +166,10 @@ def test_maps(capsys):
     load("maps").main(["--quick"])
     rows = capsys.readouterr().out.splitlines()
     assert [row.split("first")[0].strip() for row in rows] == ["7 discs", "5 x 5 squares"]
+
+
+def test_movers(capsys):
+    load("movers").main(["--quick"])
+    printed = capsys.readouterr().out
+    assert [line.split()[0] for line in printed.splitlines()] == [*crossings.RIVAL_NAMES, "best"]
+    assert "'earlier': 0" in printed.splitlines()[-1]

@@ -9,7 +9,8 @@ from worlds import crowded_question
 
 import freeseg as fs
 from freeseg.planners.timed_query import meeting
-from freeseg.timed_path import Slide, Straight, TimedPath
+from freeseg.studies import crossings
+from freeseg.timed_path import Ride, Slide, Straight, TimedPath
 
 SPEED = 0.3
 ROBOT = fs.KheperaIV()
@@ -218,6 +219,40 @@ def test_it_waits_for_what_covers_the_goal():
     assert plan.arrival == pytest.approx(release, rel=1e-9)
     assert isinstance(plan.path.pieces[-1], Straight)
     assert_allclose(plan.path.pieces[-1].velocity, mover.velocity, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("seed", "grid"),
+    # At a gap about to open, at a goal about to be left, and at corners that lead to those.
+    [(25, 8.19457), (40, 6.99998), (43, 8.81766), (51, 8.02295), (697, 9.36394), (770, 9.34390)],
+)
+def test_waiting_pays_where_a_grid_in_space_and_time_found_that_it_does(seed, grid):
+    plan = crossings.plan_crossing(seed)
+    assert plan.arrival <= grid
+    assert_allclose(plan.path.at(plan.arrival)[0][:2], crossings.CROSSING_GOAL, atol=1e-7)
+    t = np.linspace(0, plan.arrival, 5000)
+    assert np.hypot(*plan.path.at(t)[1]).max() <= crossings.CROSSING_SPEED * (1 + 1e-6)
+    assert plan.scene.clearance(plan.path) >= crossings.CROSSING_KEEP - 1e-7
+
+
+def test_a_place_where_a_mover_will_leave_the_goal_is_not_yet_the_goal():
+    # Another disc covers the rim for a while: what waits there has not arrived.
+    plan = crossings.plan_crossing(137)
+    assert_allclose(plan.path.at(plan.arrival)[0][:2], crossings.CROSSING_GOAL, atol=1e-7)
+
+
+def test_a_corner_of_two_that_part_is_ridden_until_it_is_too_fast():
+    parting = [fs.Mover(fs.Disc((0.6, 0.42 * s), 0.4), (0, 0.012 * s)) for s in (1, -1)]
+    plan = fs.time_minimal_plan(fs.Scene(EMPTY, parting), (0, 0), (1.2, 0), SPEED)
+    (ride,) = (piece for piece in plan.path.pieces if isinstance(piece, Ride))
+    # By hand: on the axis, at half = sqrt(R^2 - y^2) from the gap, at the speed y' y / half.
+    y, radius = 0.42 + 0.012 * ride.end, 0.4 + KEEP
+    half = np.sqrt(radius**2 - y**2)
+    assert 0.012 * y / half == pytest.approx(SPEED, rel=1e-6)
+    place, velocity = ride.at(np.array([ride.end]))
+    assert_allclose(place[0], (0.6 - half, 0), atol=1e-9)
+    assert plan.arrival == pytest.approx(ride.end + (0.6 + half) / SPEED, rel=1e-6)
+    assert_allclose(velocity[0], (SPEED, 0), atol=1e-6)
 
 
 def test_what_is_not_proved_is_named():

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,12 +10,13 @@ from numpy.typing import ArrayLike
 from freeseg.errors import NoPath, Trapped
 from freeseg.planners import time_search
 from freeseg.planners.shortest import shortest_path
-from freeseg.planners.time_search import GROWTH, RADIUS, U, W
+from freeseg.planners.time_search import GROWTH, RADIUS, Field, U, W
+from freeseg.planners.time_waits import find_waits
 from freeseg.planners.timed_query import TimedQuery, ask_in_time, meeting
 from freeseg.robot import Robot
 from freeseg.scene import Scene
 from freeseg.segments import MARGIN
-from freeseg.timed_path import Slide, Straight, TimedPath
+from freeseg.timed_path import APART, Ride, Slide, Straight, TimedPath
 from freeseg.world import World
 
 #: A slide or a line that takes less (s, relative to the arrival) is round-off.
@@ -137,11 +139,17 @@ def time_minimal_plan(
     """
     query = ask_in_time(scene, start, goal, speed, robot, margin)
     field, kernels = query.field()
-    arrival, labels, last = kernels.search(field)
+    found = kernels.search(field)
+    # Waits are many, and few can matter: those that leave time to arrive earlier.
+    waits = find_waits(field, kernels, found[0])
+    if len(waits):
+        field = field._replace(wait=waits)
+        found = min(found, kernels.search(field), key=itemgetter(0))
+    arrival, labels, last = found
     doubts = _doubts(query, arrival)
     if math.isinf(arrival):
         raise _nothing(query, doubts)
-    path, turns = _in_time(query, labels, last, arrival)
+    path, turns = _in_time(query, field, labels, last, arrival)
     _verify(query, path)
     still = query.still
     return TimedPlan(path, turns, query.scene, still.robot, still.margin, query.speed, doubts)
@@ -166,27 +174,30 @@ def _nothing(query: TimedQuery, doubts: tuple[tuple[int, int], ...]) -> NoPath |
 
 
 def _in_time(
-    query: TimedQuery, labels: np.ndarray, last: np.ndarray, arrival: float
+    query: TimedQuery, field: Field, labels: np.ndarray, last: np.ndarray, arrival: float
 ) -> tuple[TimedPath, tuple[tuple[int, int], ...]]:
     """The path of the move that arrives, and obstacle and sense of each slide."""
     chain = [(int(last[time_search.ON]), float(last[time_search.LEAVING]))]
     while chain[-1][0] >= 0:
         label = labels[chain[-1][0]]
         chain.append((int(label[time_search.PARENT]), float(label[time_search.LEFT])))
-    pieces: list[Straight | Slide] = []
+    pieces: list[Straight | Slide | Ride] = []
     turns = []
     place, time = query.still.start, 0.0
     for row, turned in chain[-2::-1]:
         label = labels[row]
-        slide = _slide(query, label, turned)
         begin = float(label[time_search.TIME])
+        is_slide = label[time_search.DISC] < len(field.disc)
+        # How far a slide is driven, or until when a ride.
+        slide = _slide(query, label, turned) if is_slide else _ride(query, field, label, turned)
         touch = slide.at(np.array([begin]))[0][0]
         pieces += _straight(place, touch, time, begin, arrival)
         place, time = touch, begin
         if slide.end - begin > MOMENT * arrival:
             pieces.append(slide)
-            obstacle = int(query.obstacle_of[int(label[time_search.DISC])])
-            turns.append((obstacle, slide.sense))
+            if isinstance(slide, Slide):
+                obstacle = int(query.obstacle_of[int(label[time_search.DISC])])
+                turns.append((obstacle, slide.sense))
             time = slide.end
             place = slide.at(np.array([time]))[0][0]
     pieces += _straight(place, query.still.goal, time, arrival, arrival)
@@ -215,6 +226,17 @@ def _slide(query: TimedQuery, label: np.ndarray, turned: float) -> Slide:
         begin=float(label[time_search.TIME]),
         speed=query.speed,
     )
+
+
+def _ride(query: TimedQuery, field: Field, label: np.ndarray, end: float) -> Ride:
+    """The ride of a label of the search, until a time (s)."""
+    wait = field.wait[int(label[time_search.DISC]) - len(field.disc)]
+
+    def place(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x, y, vx, vy = time_search.wait_at(wait, t)
+        return np.stack([x, y], -1) + query.origin, np.stack([vx, vy], -1)
+
+    return Ride(place, float(label[time_search.TIME]), end)
 
 
 def _doubts(query: TimedQuery, arrival: float) -> tuple[tuple[int, int], ...]:
@@ -251,13 +273,20 @@ def _verify(query: TimedQuery, path: TimedPath) -> None:
     Raises
     ------
     Trapped
-        Where the path comes too close to an obstacle, or is too fast.
+        Where the path does not lead from start to goal, comes too close to an obstacle, or is
+        too fast.
     """
     still = query.still
     count = math.ceil(path.arrival * query.speed / (still.robot.radius * FINER))
     t = np.linspace(0, path.arrival, min(max(count, 2), MOST_CHECKS))
     pose, velocity = path.at(t)
     points = pose[:2].T
+    beside = np.hypot(*(points[[0, -1]] - [still.start, still.goal]).T).max()
+    if beside > APART:
+        raise Trapped(
+            f"the path begins or ends {beside:.6g} m from the start or the goal; please report "
+            "this scene"
+        )
     still.verify_points(points, ())
     gaps = query.scene.distances(points, t)[:, query.moving]
     movers = [query.scene.movers[index - len(query.scene.world)] for index in query.moving]

@@ -13,6 +13,11 @@ The search knows *labels*, slides begun at a place of a rim at a time, and *move
 straight lines from one to the next. Both are lazy: a slide goes on a part of a turn at a
 time, when it is the most promising of all, and whether a line is free is asked when it is.
 
+Where two discs overlap, both slides end at their common corner. What waits there can ride on
+it as long as it is slower than the robot, and goes on sliding when it is no longer: so a gap
+that opens is passed as early as can be. And what covers the goal is followed until it leaves
+it. Both are *waits*: places that move, where the robot must be by a certain time.
+
 Loops over arrays and nothing else, so that numba can compile this file; see
 `compilation`.
 """
@@ -58,9 +63,31 @@ DISC, SENSE, BEARING, TIME, UNROLLED, DONE, PARENT, LEFT, HOW, OLDER, ENDED_BY =
 #: direction of its rim there; and what it is.
 ON, LEAVING, MX, MY, MV, MW, WHEN, LASTS, ONTO, TO_SENSE, TOUCH, KIND = range(12)
 
-#: Kinds of moves: a straight line at full speed, and slower rides at a place of a rim and
-#: at a corner of two discs.
-STRAIGHT, RIDE, CORNER = 0, 1, 2
+#: Kinds of moves: a straight line at full speed, and a slower ride at a place of a rim.
+STRAIGHT, RIDE = 0, 1
+
+#: Columns of waits: what they are; from when until when (s) the robot can ride there, and where
+#: that ends (m); the discs that meet there, or -1; which of two corners it is; and from here on
+#: two rows of numbers that say where it is, as for `wait_at`.
+WAIT, SINCE, UNTIL, END_X, END_Y, ONE, OTHER, SIDE, SHAPE = range(9)
+
+#: Kinds of waits: the corner of two discs, or of a disc and an edge; what leaves the goal last.
+CORNER, WALL, RELEASE = 0, 1, 2
+
+#: When a line meets a wait, or a wait is free, is found to so much, relatively.
+HALVED = 1e-15
+
+#: What a divisor is at least.
+LEAST = 1e-300
+
+#: A slide that ends so close (m) to a wait is there.
+THERE = 3e-8
+
+#: A ride to a wait is followed back in so many steps.
+RIDE_LOOKS = 400
+
+#: A ride is looked at in steps of at least this share of it.
+RIDE_STEP = 1e-3
 
 
 class Field(NamedTuple):
@@ -92,6 +119,8 @@ class Field(NamedTuple):
     release : ndarray, shape (n, 2)
         When (s) and in which direction from its centre (rad) each disc leaves
         the goal; NaN where it does not.
+    wait : ndarray, shape (m, 20)
+        Waits, columns as above.
     """
 
     start: np.ndarray
@@ -106,6 +135,7 @@ class Field(NamedTuple):
     weight: np.ndarray
     covered: np.ndarray
     release: np.ndarray
+    wait: np.ndarray
 
 
 def search(field):
@@ -121,18 +151,28 @@ def search(field):
     labels, known = np.empty((64, 11)), 0
     moves, count = np.empty((256, 12)), 0
     newest = np.full((len(field.disc), 2), -1)
+    waited = np.zeros(len(field.wait), np.bool_)
     heap = [(0.0, 0)]
     heappop(heap)
     moves, count = leave_start(field, moves, count, heap)
     while heap:
         promise, k = heappop(heap)
         if k < 0:
-            moves, count = go_on(field, labels, -1 - k, newest, moves, count, heap)
+            moves, count = go_on(field, labels, -1 - k, newest, waited, moves, count, heap)
             continue
+        if known == len(labels):
+            labels = doubled(labels)
         move = moves[k]
         if move[ONTO] == TARGET:
             if is_open(field, labels, move):
                 return promise, labels[:known], move
+            continue
+        if move[ONTO] >= len(field.disc):
+            if not waited[int(move[ONTO]) - len(field.disc)] and is_open(field, labels, move):
+                waited[int(move[ONTO]) - len(field.disc)] = True
+                begin_wait(labels[known], move)
+                moves, count = ride(field, labels, known, moves, count, heap)
+                known += 1
             continue
         i, side = int(move[ONTO]), int(move[TO_SENSE] < 0)
         when = move[WHEN] + move[LASTS]
@@ -140,8 +180,6 @@ def search(field):
             continue
         if not is_open(field, labels, move):
             continue
-        if known == len(labels):
-            labels = doubled(labels)
         begin_slide(field, labels[known], move, newest[i, side])
         newest[i, side] = known
         heappush(heap, (promise, -1 - known))
@@ -255,8 +293,11 @@ def slide_at(field, label, turned):
 def graze(field, x, y, t, j, sense):
     """Line from a point at a time that grazes a disc: velocity, duration and normal at its end.
 
-    The duration is negative where the point is inside the disc.
+    The duration is negative where the point is inside the disc. After the discs there come
+    the waits, which a line meets.
     """
+    if j >= len(field.disc):
+        return catch(field, x, y, t, field.wait[j - len(field.disc)])
     speed = field.speed
     cx, cy, u, w, radius, g = field.disc[j]
     dx, dy, r = cx + u * t - x, cy + w * t - y, sense * (radius + g * t)
@@ -279,39 +320,252 @@ def graze(field, x, y, t, j, sense):
 def leave_start(field, moves, count, heap):
     """List all lines that leave the start."""
     x, y = field.start
-    for j in range(len(field.disc)):
+    return leave_place(field, -1, 0.0, x, y, 0.0, moves, count, heap)
+
+
+def leave_place(field, a, leaving, x, y, t, moves, count, heap):
+    """List all lines that leave a place at a time."""
+    for j in range(len(field.disc) + len(field.wait)):
         for sense in (1, -1):
-            if j == TARGET and sense < 0:
+            if sense < 0 and (j == TARGET or j >= len(field.disc)):
                 continue
-            vx, vy, lasts, nx, ny = graze(field, x, y, 0.0, j, sense)
+            vx, vy, lasts, nx, ny = graze(field, x, y, t, j, sense)
             if lasts < 0:
                 continue
             touch = math.atan2(ny, nx)
-            move = (
-                -1.0,
-                0.0,
-                x,
-                y,
-                vx,
-                vy,
-                0.0,
-                lasts,
-                j + 0.0,
-                sense + 0.0,
-                touch,
-                STRAIGHT + 0.0,
-            )
+            move = (a + 0.0, leaving, x, y, vx, vy, t, lasts, j + 0.0, sense + 0.0, touch, 0.0)
             moves, count = list_move(field, move, nx, ny, moves, count, heap)
+    return moves, count
+
+
+def wait_at(wait, t):
+    """Place (m) and velocity (m/s) of a wait at a time, or at times."""
+    a, b = wait[SHAPE : SHAPE + 6], wait[SHAPE + 6 : SHAPE + 12]
+    if wait[WAIT] == RELEASE:
+        return a[X] + a[U] * t, a[Y] + a[W] * t, a[U] + 0 * t, a[W] + 0 * t
+    if wait[WAIT] == WALL:
+        return wall_at(a, b, wait[SIDE], t)
+    return corner_at(a, b, wait[SIDE], t)
+
+
+def corner_at(a, b, side, t):
+    """Place and velocity of a corner of two discs, to the left or right of the way to the other."""
+    x, y = a[X] + a[U] * t, a[Y] + a[W] * t
+    dx, dy = b[X] + b[U] * t - x, b[Y] + b[W] * t - y
+    r, s, squared = a[RADIUS] + a[GROWTH] * t, b[RADIUS] + b[GROWTH] * t, dx * dx + dy * dy
+    share = (squared + r * r - s * s) / (2 * squared)
+    half = side * np.sqrt(np.maximum(r * r / squared - share * share, 0.0))
+    nx, ny = share * dx - half * dy, share * dy + half * dx
+    mx, my = nx - dx, ny - dy
+    # What is there stays on both rims.
+    one, other = a[U] * nx + a[W] * ny + a[GROWTH] * r, b[U] * mx + b[W] * my + b[GROWTH] * s
+    # Where they only touch, it is as fast as can be told.
+    twist = nx * my - ny * mx
+    twist = twist + LEAST * (twist == 0)
+    return x + nx, y + ny, (one * my - other * ny) / twist, (other * nx - one * mx) / twist
+
+
+def wall_at(a, b, side, t):
+    """Place and velocity of a corner of a disc and a line, of which b has a point and direction."""
+    x, y, r = a[X] + a[U] * t, a[Y] + a[W] * t, a[RADIUS] + a[GROWTH] * t
+    ex, ey = b[U], b[W]
+    along, across = (x - b[X]) * ex + (y - b[Y]) * ey, (y - b[Y]) * ex - (x - b[X]) * ey
+    half = side * np.sqrt(np.maximum(r * r - across * across, 0.0))
+    half = half + LEAST * (half == 0)
+    nx, ny = half * ex + across * ey, half * ey - across * ex
+    pace = (a[U] * nx + a[W] * ny + a[GROWTH] * r) / half
+    return b[X] + (along + half) * ex, b[Y] + (along + half) * ey, pace * ex, pace * ey
+
+
+def catch(field, x, y, t, wait):
+    """Line from a point at a time to a wait: as `graze`; slower where it would be there too early.
+
+    The duration is negative where it comes too late.
+    """
+    low, high = max(wait[SINCE], t), wait[UNTIL]
+    if low > high:
+        return 0.0, 0.0, -1.0, 1.0, 0.0
+    dx, dy = wait[END_X] - x, wait[END_Y] - y
+    far = math.hypot(dx, dy)
+    if far > field.speed * (high - t):
+        pace = field.speed / max(far, LEAST)
+        return pace * dx, pace * dy, -1.0, 1.0, 0.0
+    when = low
+    # Newton's method, kept between what is too early and what is late enough.
+    for _ in range(60):
+        px, py, vx, vy = wait_at(wait, when)
+        gx, gy = px - x, py - y
+        far = math.hypot(gx, gy)
+        late = field.speed * (when - t) - far
+        if late >= 0:
+            high = when
+            if when == low:
+                break
+        else:
+            low = when
+        slope = field.speed - (gx * vx + gy * vy) / max(far, LEAST)
+        step = late / slope if slope > 0 else math.inf
+        if abs(step) <= HALVED * high or high - low <= HALVED * high:
+            break
+        when -= step
+        if not low < when < high:
+            when = (low + high) / 2
+    lasts = when - t
+    if lasts <= 0:
+        return 0.0, 0.0, -1.0, 1.0, 0.0
+    return (px - x) / lasts, (py - y) / lasts, lasts, 1.0, 0.0
+
+
+def begin_wait(label, move):
+    """Fill in the label of the ride that a move leads to."""
+    label[:] = 0.0
+    label[DISC], label[SENSE] = move[ONTO], 1.0
+    label[TIME] = move[WHEN] + move[LASTS]
+    label[PARENT], label[LEFT], label[HOW] = move[ON], move[LEAVING], move[KIND]
+    label[OLDER], label[ENDED_BY] = -1, -1
+
+
+def ride(field, labels, a, moves, count, heap):
+    """List what a ride leads to: slides on both discs, and all lines and waits where it ends."""
+    wait = field.wait[int(labels[a, DISC]) - len(field.disc)]
+    end = wait[UNTIL]
+    x, y, vx, vy = wait_at(wait, end)
+    x_left, y_left = x - field.disc[TARGET, X], y - field.disc[TARGET, Y]
+    if wait[WAIT] == RELEASE and math.hypot(x_left, y_left) < THERE:
+        move = (a + 0.0, end, x, y, 0.0, 0.0, end, 0.0, TARGET + 0.0, 1.0, 0.0, RIDE + 0.0)
+        return list_move(field, move, 0.0, 0.0, moves, count, heap)
+    for i in (int(wait[ONE]), int(wait[OTHER])):
+        if i >= 0:
+            cx, cy, u, w, _, _ = field.disc[i]
+            nx, ny = x - cx - u * end, y - cy - w * end
+            sense = 1.0 if nx * (vy - w) - ny * (vx - u) > 0 else -1.0
+            touch = math.atan2(ny, nx)
+            move = (a + 0.0, end, x, y, vx, vy, end, 0.0, i + 0.0, sense, touch, 0.0)
+            size = math.hypot(nx, ny)
+            moves, count = list_move(field, move, nx / size, ny / size, moves, count, heap)
+    moves, count = change_wait(field, a, end, x, y, end, moves, count, heap)
+    return leave_place(field, a, end, x, y, end, moves, count, heap)
+
+
+def free_parts(field):
+    """The waits, cut to the parts in which nothing is in the way, and rides that lead to those."""
+    parts, count = np.empty((64, field.wait.shape[1])), 0
+    for k in range(len(field.wait)):
+        wait = field.wait[k]
+        least = RIDE_STEP * (wait[UNTIL] - wait[SINCE])
+        before = t = since = wait[SINCE]
+        was_free = is_free = spare(field, wait, t) >= 0
+        while True:
+            if is_free != was_free or (t >= wait[UNTIL] and is_free):
+                change = t if is_free == was_free else turn(field, wait, before, t, was_free)
+                if was_free and change > since:
+                    if count == len(parts):
+                        parts = doubled(parts)
+                    parts[count] = wait
+                    parts[count, SINCE], parts[count, UNTIL] = since, change
+                    parts[count, END_X], parts[count, END_Y], _, _ = wait_at(wait, change)
+                    count += 1
+                    if since > wait[SINCE]:
+                        parts, count = lead_in(field, wait, since, parts, count)
+                since, was_free = change, is_free
+            if t >= wait[UNTIL]:
+                break
+            before = t
+            t = min(t + max(abs(spare(field, wait, t)), least), wait[UNTIL])
+            is_free = spare(field, wait, t) >= 0
+    return parts[:count].copy()
+
+
+def lead_in(field, wait, end, parts, count):
+    """List the rides to where a disc leaves a wait: on its corners with what the wait is on."""
+    x, y, _, _ = wait_at(wait, end)
+    k, nearest = -1, math.inf
+    for j in range(1, len(field.disc)):
+        gap, _ = gap_to(field, x, y, 0.0, 0.0, end, j, -1)
+        if j != int(wait[ONE]) and j != int(wait[OTHER]) and abs(gap) < nearest:
+            k, nearest = j, abs(gap)
+    if nearest > THERE:
+        return parts, count
+    row = wait.copy()
+    row[WAIT], row[OTHER], row[SHAPE + 6 :] = CORNER, k, field.disc[k]
+    for i in (int(wait[ONE]), int(wait[OTHER])):
+        for side in (-1.0, 1.0):
+            if i < 0:
+                continue
+            row[ONE], row[SIDE], row[SHAPE : SHAPE + 6] = i, side, field.disc[i]
+            px, py, _, _ = wait_at(row, end)
+            if math.hypot(px - x, py - y) > THERE:
+                continue
+            step, since = end / RIDE_LOOKS, end
+            while since - step >= 0 and is_ride(field, row, since - step):
+                since -= step
+            if since < end:
+                if count == len(parts):
+                    parts = doubled(parts)
+                parts[count] = row
+                parts[count, SINCE], parts[count, UNTIL] = since, end
+                parts[count, END_X], parts[count, END_Y] = px, py
+                count += 1
+    return parts, count
+
+
+def is_ride(field, wait, t):
+    """Whether a corner is there at a time, slower than the robot, and free."""
+    _, _, vx, vy = wait_at(wait, t)
+    return math.hypot(vx, vy) < field.speed and spare(field, wait, t) >= 0
+
+
+def turn(field, wait, low, high, was_free):
+    """When something begins, or ends, to be in the way of a ride, between two times."""
+    while high - low > HALVED * high:
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        if (spare(field, wait, middle) >= 0) == was_free:
+            low = middle
+        else:
+            high = middle
+    return low if was_free else high
+
+
+def spare(field, wait, t):
+    """How long (s) it takes at least until something is in the way of a ride, or no longer is."""
+    x, y, _, _ = wait_at(wait, t)
+    nearest = math.inf
+    for j in range(1, len(field.disc)):
+        gap, _ = gap_to(field, x, y, 0.0, 0.0, t, j, -1)
+        # On those that it is on, it is where they meet, unless one holds the other.
+        if gap < -THERE or (j != int(wait[ONE]) and j != int(wait[OTHER])):
+            pace = math.hypot(field.disc[j, U], field.disc[j, W]) + field.disc[j, GROWTH]
+            nearest = min(nearest, (gap + CLOSER) / (field.speed + pace))
+    for e in range(len(field.keep)):
+        gap, _ = gap_to(field, x, y, 0.0, 0.0, t, -1, e)
+        nearest = min(nearest, (gap + CLOSER) / field.speed)
+    return nearest
+
+
+def change_wait(field, a, leaving, x, y, t, moves, count, heap):
+    """List all waits that are where the robot is at a time."""
+    for k in range(len(field.wait)):
+        wait = field.wait[k]
+        if wait[SINCE] <= t * (1 + TURNED) and t < wait[UNTIL]:
+            px, py, _, _ = wait_at(wait, t)
+            if math.hypot(px - x, py - y) < THERE:
+                onto = len(field.disc) + k + 0.0
+                move = (a + 0.0, leaving, x, y, 0.0, 0.0, t, 0.0, onto, 1.0, 0.0, 0.0)
+                moves, count = list_move(field, move, 1.0, 0.0, moves, count, heap)
     return moves, count
 
 
 def list_move(field, move, nx, ny, moves, count, heap):
     """List a move that ends at a normal (nx, ny) of the disc that it leads to."""
     j = int(move[ONTO])
-    if is_outside(field, j, nx, ny):
-        return moves, count
     lasts = move[LASTS]
     t, x, y = move[WHEN] + lasts, move[MX] + lasts * move[MV], move[MY] + lasts * move[MW]
+    if j >= len(field.disc):
+        t, x, y = field.wait[j - len(field.disc), UNTIL : END_Y + 1]
+    elif is_outside(field, j, nx, ny):
+        return moves, count
     promise = t if j == TARGET else earliest(field, x, y, t)
     if promise == math.inf:
         return moves, count
@@ -338,7 +592,7 @@ def earliest(field, x, y, t):
     return t
 
 
-def go_on(field, labels, a, newest, moves, count, heap):
+def go_on(field, labels, a, newest, waited, moves, count, heap):
     """Follow a slide for a part of a turn, and list all moves that leave it there."""
     label = labels[a]
     begin = label[DONE]
@@ -356,6 +610,17 @@ def go_on(field, labels, a, newest, moves, count, heap):
             for side in range(2 if j != TARGET else 1):
                 sense = 1 - 2 * side
                 moves, count = leave(field, label, a, j, sense, looks, moves, count, heap)
+    _, x, y, _, _, t = looks[0]
+    for k in range(len(field.wait)):
+        wait = field.wait[k]
+        far = math.hypot(wait[END_X] - x, wait[END_Y] - y)
+        in_time = far <= field.speed * (wait[UNTIL] - t) + CLOSER and not waited[k]
+        if in_time and label[DISC] != wait[ONE] and label[DISC] != wait[OTHER]:
+            j = len(field.disc) + k
+            moves, count = leave(field, label, a, j, 1, looks, moves, count, heap)
+    if stop < end:
+        _, x, y, _, _, t = looks[LOOKS]
+        moves, count = change_wait(field, a, stop, x, y, t, moves, count, heap)
     moves, count = ride_to_goal(field, label, a, begin, moves, count, heap)
     if stop == end and end < 2 * math.pi:
         _, x, y, _, _, t = looks[LOOKS]
@@ -489,7 +754,9 @@ def leave(field, label, a, j, sense, looks, moves, count, heap):
     """List the lines that leave a slide, in the part looked at, and graze disc j."""
     _, x, y, vx, vy, t = looks[0]
     sine, cosine, far = aside(field, x, y, vx, vy, t, j, sense)
-    speed = field.speed + math.hypot(field.disc[j, U], field.disc[j, W])
+    speed = 2 * field.speed
+    if j < len(field.disc):
+        speed = field.speed + math.hypot(field.disc[j, U], field.disc[j, W])
     for k in range(LOOKS):
         begin, end, from_t = looks[k, 0], looks[k + 1, 0], looks[k, 5]
         _, x, y, vx, vy, t = looks[k + 1]
@@ -517,9 +784,15 @@ def leave(field, label, a, j, sense, looks, moves, count, heap):
 def aside(field, x, y, vx, vy, t, j, sense):
     """Sine and cosine of the angle from the line that grazes disc j to a velocity; distance (m)."""
     gx, gy, _, _, _ = graze(field, x, y, t, j, sense)
-    cx, cy, u, w, _, _ = field.disc[j]
-    far = math.hypot(cx + u * t - x, cy + w * t - y)
     squared = field.speed * field.speed
+    if j < len(field.disc):
+        cx, cy, u, w, _, _ = field.disc[j]
+        far = math.hypot(cx + u * t - x, cy + w * t - y)
+    else:
+        wait = field.wait[j - len(field.disc)]
+        far = math.hypot(wait[END_X] - x, wait[END_Y] - y)
+        # A line to a wait may be slow, and only its direction counts.
+        squared = field.speed * max(math.hypot(gx, gy), LEAST)
     return (gx * vy - gy * vx) / squared, (gx * vx + gy * vy) / squared, far
 
 

@@ -15,7 +15,7 @@ from freeseg.planners import time_search
 from freeseg.planners.compilation import compiled
 from freeseg.planners.query import Query, ask
 from freeseg.planners.route import convex_corners
-from freeseg.planners.time_search import GROWTH, RADIUS, Field, U, W, X, Y
+from freeseg.planners.time_search import GROWTH, RADIUS, SHAPE, Field, U, W, X, Y
 from freeseg.robot import Robot
 from freeseg.scene import Mover, Scene, check_scene
 from freeseg.timed_path import NODES, SHARE, WEIGHTS
@@ -116,6 +116,7 @@ class TimedQuery:
             weight=WEIGHTS.copy(),
             covered=covered,
             release=release,
+            wait=np.empty((0, SHAPE + 12)),
         )
         is_small = len(disc) <= SMALL_FIELD and not compiled.cache_info().currsize
         kernels = time_search if is_small else compiled(time_search)

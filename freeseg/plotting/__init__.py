@@ -32,6 +32,15 @@ from freeseg.plotting.horizons import (
 )
 from freeseg.plotting.loops import plot_block_diagram, plot_bode, plot_gang_of_four, plot_nyquist
 from freeseg.plotting.minima import plot_free_space, plot_potential
+from freeseg.plotting.movers import (
+    animate_plan,
+    plot_moment,
+    plot_opening,
+    plot_space_time,
+    sketch_graze,
+    sketch_leave,
+    sketch_slide,
+)
 from freeseg.plotting.plans import legend_below, plot_plan, plot_step
 from freeseg.plotting.rivals import (
     plot_chase,
@@ -83,6 +92,7 @@ from freeseg.plotting.worlds import (
 __all__ = [
     "PALETTE",
     "animate",
+    "animate_plan",
     "count_in_degrees",
     "count_in_mm",
     "draw_robot",
@@ -124,8 +134,10 @@ __all__ = [
     "plot_lookahead",
     "plot_lyapunov_rate",
     "plot_met",
+    "plot_moment",
     "plot_nyquist",
     "plot_on_axes",
+    "plot_opening",
     "plot_order",
     "plot_path",
     "plot_plan",
@@ -140,6 +152,7 @@ __all__ = [
     "plot_round",
     "plot_run",
     "plot_segments",
+    "plot_space_time",
     "plot_starts",
     "plot_step",
     "plot_strip",
@@ -154,11 +167,14 @@ __all__ = [
     "plot_world",
     "sketch_danger",
     "sketch_error",
+    "sketch_graze",
     "sketch_horizon",
+    "sketch_leave",
     "sketch_literal_circle",
     "sketch_loop",
     "sketch_pose",
     "sketch_segment",
+    "sketch_slide",
     "sketch_step",
     "sketch_sum",
     "sketch_surface",
