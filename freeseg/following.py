@@ -1,7 +1,7 @@
 """Laws that plan once, and then follow their plan by a tracker."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,8 @@ from freeseg.world import Disc
 #: Nearer to the goal than this (m), once its reference has ended, a robot drives there straight.
 DOCKING = 0.03
 
-#: Gains of that: speed over distance (1/s), turn rate over angle (1/s), and the largest one (rad/s).
+#: Gains of that: speed over distance (1/s), turn rate over angle (1/s), and the largest turn
+#: rate (rad/s).
 APPROACH, STEERING, TURN_RATE = 2.0, 4.0, 3.0
 
 
@@ -65,16 +66,16 @@ class Following:
 
     Notes
     -----
-    The plan for a robot at rest begins when half of its reference's lateness has passed,
-    see `timed_reference`. A tracker that keeps out is told that the wheels reach the top speed and no
-    more, so that it never counts on more.
+    A timed plan is made for where the movers are when half of its reference's lateness has
+    passed, see `timed_reference`. A tracker that keeps out is told that the wheels reach the
+    top speed and no more, so that it never counts on more.
     """
 
-    tracker: Tracker = Kanayama()
+    tracker: Tracker = field(default_factory=Kanayama)
     timed: bool = False
     keep_out: bool = False
     speed: float = SPEED
-    reserve: float = 0.05
+    reserve: float = 0.02
     acceleration: float = 0.5
     margin: float = 2 * MARGIN
     noise: float = NOISE

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.errors import InvalidParameter, InvalidQuery, InvalidWorld, NoPath, Trapped
 from freeseg.geometry import wrap_angle
+from freeseg.planners import time_search
+from freeseg.planners.compilation import compiled
 from freeseg.planners.time_minimal import TimedPlan, time_minimal_plan
 from freeseg.reactive.sensing import check_drive, steer
 from freeseg.reference import SPEED
@@ -279,10 +281,13 @@ class ReplanningLaw:
         self.gains, self.goal, self.robot = gains, goal, robot
         self.estimates = Estimates(scene, dt, gains.noise, (1 - SLOWER) * gains.speed)
         self.planned = self.missed = 0
+        # Over hundreds of plans that pays however few obstacles there are.
+        compiled(time_search)
         self.plan: TimedPlan | None = None
         self.since = 0.0
 
     def __call__(self, t: float, pose: np.ndarray) -> tuple[float, float]:
+        """Forward speed (m/s) and turn rate (rad/s) at a time (s) and a pose."""
         checks.numbers("pose", pose, 3)
         gains, place = self.gains, np.asarray(pose[:2])
         is_new = self._plan(t, place)
