@@ -19,7 +19,7 @@ from freeseg.scene import Mover, Scene, check_scene
 from freeseg.segments import MARGIN
 from freeseg.trackers.feedback import Law, Tracker
 from freeseg.trackers.kanayama import Kanayama
-from freeseg.world import Disc
+from freeseg.world import Disc, World
 
 #: Nearer to the goal than this (m), once its reference has ended, a robot drives there straight.
 DOCKING = 0.03
@@ -167,28 +167,29 @@ class Following:
 
     def _grown(self, scene: Scene) -> Scene:
         """All obstacles as movers that are larger by half of the margin, as the planners' are."""
-        grow = self.margin / 2
-        still = [Mover(Disc(disc.center, disc.radius + grow)) for disc in scene.world]
-        return Scene(
-            type(scene.world)([]),
-            still
-            + [
-                replace(mover, obstacle=Disc(mover.obstacle.center, mover.obstacle.radius + grow))
-                for mover in scene.movers
-            ],
-        )
+        movers = [*(Mover(obstacle) for obstacle in scene.world), *scene.movers]
+        return Scene(World([]), [_larger(mover, self.margin / 2) for mover in movers])
+
+
+def _larger(mover: Mover, by: float) -> Mover:
+    """A mover that is larger (m); what is no disc stays, for the tracker to refuse it."""
+    disc = mover.obstacle
+    if not isinstance(disc, Disc):
+        return mover
+    return replace(mover, obstacle=Disc(disc.center, disc.radius + by))
 
 
 def scene_after(scene: Scene, t: float) -> Scene:
     """The scene from a time (s) on, which then is time zero."""
-    movers = [
-        Mover(mover.at(t), mover.velocity, growth=mover.growth)
-        if mover.shift is None
-        else replace(
-            mover,
-            obstacle=mover.at(t),
-            shift=lambda times, mover=mover: mover.shifts(times + t) - mover.shifts(t),
-        )
-        for mover in scene.movers
-    ]
-    return Scene(scene.world, movers)
+    return Scene(scene.world, [_mover_after(mover, t) for mover in scene.movers])
+
+
+def _mover_after(mover: Mover, t: float) -> Mover:
+    """A mover from a time (s) on."""
+    if mover.shift is None:
+        return replace(mover, obstacle=mover.at(t))
+    return replace(
+        mover,
+        obstacle=mover.at(t),
+        shift=lambda times: mover.shifts(times + t) - mover.shifts(t),
+    )

@@ -302,11 +302,8 @@ class ReplanningLaw:
         """Plan from a place (m) at a time (s); whether there is a plan."""
         gains = self.gains
         scene = self.estimates.at(t)
-        movers = [
-            mover
-            for mover in scene.movers
-            if math.dist(mover.obstacle.center, place) - mover.obstacle.radius < gains.reach
-        ]
+        near = scene.distances(place, 0.0)[len(scene.world) :] < gains.reach
+        movers = [mover for mover, is_near in zip(scene.movers, near, strict=True) if is_near]
         try:
             self.plan = time_minimal_plan(
                 Scene(scene.world, movers), place, self.goal, gains.speed, self.robot, gains.margin

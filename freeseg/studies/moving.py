@@ -127,10 +127,10 @@ def random_task(number: int) -> MovingTask:
     found: list[Mover] = []
     while len(found) < movers:
         velocity = ratio * SPEED * unit(rng.uniform(-np.pi, np.pi))
-        mover = Mover(_disc(rng, rng.uniform(0, SIDE, 2) - half * velocity), velocity=velocity)
+        disc = _disc(rng, rng.uniform(0, SIDE, 2) - half * velocity)
         # No law starts with a goal where the robot cannot be.
-        if math.dist(mover.obstacle.center, goal) > mover.obstacle.radius + KheperaIV().diameter:
-            found.append(mover)
+        if math.dist(disc.center, goal) > disc.radius + KheperaIV().diameter:
+            found.append(Mover(disc, velocity=velocity))
     return MovingTask(Scene(World(still), found), start, goal, movers, ratio)
 
 
@@ -167,7 +167,8 @@ class _Clocked:
     """A reactive law that sees a scene with noise, is held to a speed, and is timed."""
 
     def __init__(self, law: Reactive, seen: Callable[[Any], Any]) -> None:
-        self.law, self.seen, self.seconds = law, seen, []
+        self.law, self.seen = law, seen
+        self.seconds: list[float] = []
         self.begun: Any = None
 
     def start(self, scene, goal, robot, dt):
@@ -354,10 +355,10 @@ def compare(
 def save_drives(rows: Iterable[Mapping[str, Any]], file: str | PathLike[str] = DRIVES) -> None:
     """Write rows of `compare` as arrays, one a column of `FORM`."""
     found = _checked(rows)
-    np.savez_compressed(
-        checks.file("file", file),
-        **{name: np.array([row[name] for row in found], kind) for name, kind in FORM.items()},
-    )
+    columns: dict[str, Any] = {
+        name: np.array([row[name] for row in found], kind) for name, kind in FORM.items()
+    }
+    np.savez_compressed(checks.file("file", file), **columns)
 
 
 def load_drives(file: str | PathLike[str] = DRIVES) -> list[dict[str, Any]]:

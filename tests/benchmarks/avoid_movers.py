@@ -6,11 +6,11 @@ keeps its rows in the folder STORE, where a run that was stopped goes on, and pr
 gives the reactive laws gains that were tuned. Without a folder, it prints how long it takes to plan
 again among many movers, by the processor's own time; ``--quick`` tries fewer.
 
-ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``) chooses
-the velocity nearest to the wanted one that avoids all collisions within a time horizon. It
-takes it that every agent does its half of that. Movers here do not yield, and it is not told so: it
-finds out at the next step. Its robot has the margin of the others that plan, is told the estimates that they
-are told, and turns towards the velocity chosen as re-planning does.
+ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``)
+chooses the velocity nearest to the wanted one that avoids all collisions within a time horizon.
+It takes it that every agent does its half of that. Movers here do not yield, and it is not told
+so: it finds out at the next step. Its robot has the margin of the others that plan, is told the
+estimates that they are told, and turns towards the velocity chosen as re-planning does.
 """
 
 import argparse
@@ -161,10 +161,8 @@ def print_tables(rows):
                 f"{row['median_ms']:6.2f} ms, p95 {row['p95_ms']:6.2f}, over {row['over']:.4f}, "
                 f"no plan {row['missed']:.4f}"
             )
-    kinds = Counter(
-        (row["possible"], row["proved"]) for row in rows[:: len({r["method"] for r in rows})]
-    )
-    print(kinds)
+    methods = len({row["method"] for row in rows})
+    print(Counter((row["possible"], row["proved"]) for row in rows[::methods]))
     if len(rows) > 100:
         for pair in moving.pairs(rows):
             print(
