@@ -13,7 +13,7 @@ from freeseg.geometry import wrap_angle
 from freeseg.planners import shortest_path, time_minimal_plan
 from freeseg.reactive.sensing import check_drive, steer
 from freeseg.reference import SPEED, Reference, make_reference, timed_reference
-from freeseg.replanning import NOISE, Estimates
+from freeseg.replanning import SIGHT_NOISE, Estimates
 from freeseg.robot import Robot
 from freeseg.scene import Mover, Scene, check_scene
 from freeseg.segments import MARGIN
@@ -78,7 +78,7 @@ class Following:
     reserve: float = 0.02
     acceleration: float = 0.5
     margin: float = 2 * MARGIN
-    noise: float = NOISE
+    noise: float = SIGHT_NOISE
 
     def __post_init__(self) -> None:
         if isinstance(self.tracker, type) or not callable(getattr(self.tracker, "start", None)):

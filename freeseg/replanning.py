@@ -21,7 +21,7 @@ from freeseg.segments import MARGIN
 from freeseg.world import Disc
 
 #: Standard deviation (m) of an observed position. An assumption.
-NOISE = 0.002
+SIGHT_NOISE = 0.002
 
 #: What a mover's velocity may change by (m/s in the square root of a second), for the filter.
 #: An assumption: those of the study keep theirs.
@@ -34,7 +34,7 @@ SLOWER = 1e-3
 FALLBACKS = ("keep", "brake")
 
 
-def observe(scene: Any, noise: float = NOISE, seed: int = 0, dt: float = 0.05) -> Scene:
+def observe(scene: Any, noise: float = SIGHT_NOISE, seed: int = 0, dt: float = 0.05) -> Scene:
     """A scene as a robot sees it: its movers jump about where they are.
 
     Parameters
@@ -210,7 +210,7 @@ class Replanning:
 
     speed: float = SPEED
     margin: float = 2 * MARGIN
-    noise: float = NOISE
+    noise: float = SIGHT_NOISE
     reach: float = math.inf
     ahead: float = 0.1
     fallback: str = "keep"

@@ -166,3 +166,11 @@ def test_maps(capsys):
     load("maps").main(["--quick"])
     rows = capsys.readouterr().out.splitlines()
     assert [row.split("first")[0].strip() for row in rows] == ["7 discs", "5 x 5 squares"]
+
+
+def test_avoid_movers(capsys, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["avoid_movers.py", "--quick"])
+    load("avoid_movers").main()
+    printed = capsys.readouterr().out
+    assert printed.count("10 movers, reach") == 2
+    assert "nothing" in printed

@@ -25,7 +25,7 @@ from freeseg.react import react
 from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
 from freeseg.reactive.sensing import Reactive
 from freeseg.reference import SPEED
-from freeseg.replanning import NOISE, Replanning, observe
+from freeseg.replanning import SIGHT_NOISE, Replanning, observe
 from freeseg.robot import KheperaIV
 from freeseg.scene import Mover, Scene
 from freeseg.studies.runner import run
@@ -34,14 +34,14 @@ from freeseg.world import Disc, World
 
 #: Side of the square that movers cross (m), what stands in it, and how far before and behind it the
 #: robot starts and is to arrive (m).
-SIDE, STANDING, APART = 1.0, 2, 0.15
+SIDE, STANDING, BEYOND = 1.0, 2, 0.15
 
 #: How many movers cross it, and their speeds relative to the robot's.
-DENSITIES, RATIOS = (2, 4, 8), (0.4, 0.8)
+CROWDS, RATIOS = (2, 4, 8), (0.4, 0.8)
 
 #: Time between two commands (s): 20 Hz; and how long a drive may take (s), and how long a robot may
 #: come no nearer to its goal.
-STEP, LIMIT, PATIENCE = 0.05, 40.0, 10.0
+TICK, LONGEST_DRIVE, PATIENCE = 0.05, 40.0, 10.0
 
 #: Robots have arrived that are so near to the goal (m). That may save them ARRIVED / SPEED seconds.
 ARRIVED = 0.01
@@ -61,7 +61,7 @@ NOT_DRIVEN = {"outcome": "not driven", "ticks": 0, "missed": 0, "late": 0} | dic
 )
 
 #: Arrivals that differ by less, relatively, are one.
-ROUND_OFF = 1e-9
+SAME_TIME = 1e-9
 
 #: A share of no scenes.
 NO_SHARE = Share(math.nan, math.nan, math.nan)
@@ -118,10 +118,10 @@ def random_task(number: int) -> MovingTask:
         For what is no such number.
     """
     number = checks.whole("number", number)
-    movers = DENSITIES[number % len(DENSITIES)]
-    ratio = RATIOS[number // len(DENSITIES) % len(RATIOS)]
+    movers = CROWDS[number % len(CROWDS)]
+    ratio = RATIOS[number // len(CROWDS) % len(RATIOS)]
     rng = np.random.default_rng((19, number))
-    start, goal = (np.array([x, rng.uniform(0.2, 0.8) * SIDE]) for x in (-APART, SIDE + APART))
+    start, goal = (np.array([x, rng.uniform(0.2, 0.8) * SIDE]) for x in (-BEYOND, SIDE + BEYOND))
     still = [_disc(rng, rng.uniform(SIZES[1], SIDE - SIZES[1], 2)) for _ in range(STANDING)]
     half = math.dist(start, goal) / SPEED / 2
     found: list[Mover] = []
@@ -214,7 +214,7 @@ def bound(task: MovingTask) -> dict[str, Any]:
         found["static_s"] = shortest_path(scene.world, start, goal, margin=0).path.length / SPEED
         plan = time_minimal_plan(scene, start, goal, SPEED, margin=0)
         # Nothing is faster than the shortest path among what stands.
-        as_fast = plan.arrival <= found["static_s"] * (1 + ROUND_OFF)
+        as_fast = plan.arrival <= found["static_s"] * (1 + SAME_TIME)
         found |= {"bound_s": float(plan.arrival), "proved": bool(plan.proved or as_fast)}
     except NoPath:
         found["possible"] = "no"
@@ -226,7 +226,7 @@ def bound(task: MovingTask) -> dict[str, Any]:
 
 
 def drive_all(
-    number: int, given: Mapping[str, Reactive] | None = None, noise: float = NOISE
+    number: int, given: Mapping[str, Reactive] | None = None, noise: float = SIGHT_NOISE
 ) -> list[dict[str, Any]]:
     """Let every method drive in one scene.
 
@@ -244,12 +244,12 @@ def drive_all(
     list of dict
         A row a method: ``scene``, ``movers`` and ``ratio``; what `bound` says; ``method``;
         ``outcome``: ``"arrived"``, ``"collided"``, wherever it went then, ``"late"`` if it did not
-        arrive within `LIMIT` or came no nearer for `PATIENCE` seconds, ``"gave up"`` if it
+        arrive within `LONGEST_DRIVE` or came no nearer for `PATIENCE` seconds, ``"gave up"`` if it
         refused to drive, and ``"not driven"`` if the robot was met at once; ``arrival_s`` and
         ``collision_s`` (NaN where it has none), ``clearance_m``, the smallest distance of the
         robot's centre from an obstacle; ``ticks``, commands given; ``missed``, of these,
         the ones without a plan; ``median_ms`` and ``p95_ms`` of the processor time of its
-        commands, and ``late``, how many took over `STEP`.
+        commands, and ``late``, how many took over `TICK`.
     """
     given, noise = _check_methods(given), checks.not_negative("noise", noise)
     task = random_task(number)
@@ -280,13 +280,13 @@ def _drive(law: Reactive, task: MovingTask, number: int, noise: float) -> dict[s
     """What a row says of a drive."""
 
     def seen(scene):
-        return observe(scene, noise, number, STEP) if noise else scene
+        return observe(scene, noise, number, TICK) if noise else scene
 
     clocked, outcome, driven = _Clocked(law, seen), "arrived", None
     try:
         driven = react(
-            clocked, task.scene, task.start, task.goal, dt=STEP,
-            tolerance=ARRIVED, patience=PATIENCE, limit=LIMIT,
+            clocked, task.scene, task.start, task.goal, dt=TICK,
+            tolerance=ARRIVED, patience=PATIENCE, limit=LONGEST_DRIVE,
         )  # fmt: skip
     except Trapped as trapped:
         # Raised by the loop with its run, or by a planner without one.
@@ -307,7 +307,7 @@ def _drive(law: Reactive, task: MovingTask, number: int, noise: float) -> dict[s
         "missed": getattr(clocked.begun, "missed", 0),
         "median_ms": float(np.median(ms)),
         "p95_ms": float(np.quantile(ms, 0.95)),
-        "late": int((ms > 1e3 * STEP).sum()),
+        "late": int((ms > 1e3 * TICK).sum()),
     }
 
 
@@ -321,7 +321,7 @@ def _drive_all(
 def compare(
     numbers: Iterable[int],
     given: Mapping[str, Reactive] | None = None,
-    noise: float = NOISE,
+    noise: float = SIGHT_NOISE,
     store: str | PathLike[str] | None = None,
     jobs: int | None = 1,
 ) -> list[dict[str, Any]]:
@@ -399,11 +399,12 @@ def summarise(
         counted any further, for nothing arrives there or the robot is met at once;
         ``collided`` and ``arrived``, shares of the others, each a `Share` with
         Wilson's interval; ``delayed``, the number of those that arrived with a bound;
-        ``delay``, the mean of arrival over bound minus one of these, with
+        ``delay``, the mean of arrival over bound minus one of these, where the bound is less by
+        what it takes to drive `ARRIVED`, with
         ``delay_low`` and ``delay_high``, its bootstrap interval, and ``delay_median``; the same
         of only those with a proved bound as ``proved`` (number) and ``proved_delay`` (mean);
         ``missed``, the share of commands without a plan, and ``over``, of those that took
-        longer than `STEP`; ``median_ms`` and ``p95_ms``, medians over the drives of theirs. NaN
+        longer than `TICK`; ``median_ms`` and ``p95_ms``, medians over the drives of theirs. NaN
         where there is none.
 
     Raises
@@ -429,7 +430,9 @@ def _summary(group: list[Mapping[str, Any]]) -> dict[str, Any]:
     arrived = [row for row in tried if row["outcome"] == "arrived"]
     collided = sum(row["outcome"] == "collided" for row in tried)
     bounded = [row for row in arrived if math.isfinite(row["bound_s"])]
-    delays = np.array([row["arrival_s"] / row["bound_s"] - 1 for row in bounded])
+    # Who is so near has arrived, which the bound is not told.
+    earliest = np.array([row["bound_s"] for row in bounded]) - ARRIVED / SPEED
+    delays = np.array([row["arrival_s"] for row in bounded]) / earliest - 1
     proved = delays[np.array([row["proved"] for row in bounded], bool)]
     ticks = sum(row["ticks"] for row in tried)
     low, high = _interval(delays)

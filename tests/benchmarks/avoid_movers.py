@@ -27,7 +27,7 @@ from freeseg.data import read_csv
 from freeseg.geometry import unit, wrap_angle
 from freeseg.reactive.sensing import check_drive, steer
 from freeseg.reference import SPEED
-from freeseg.replanning import NOISE, Estimates, Replanning
+from freeseg.replanning import SIGHT_NOISE, Estimates, Replanning
 from freeseg.segments import MARGIN
 from freeseg.studies import moving, store
 
@@ -54,7 +54,7 @@ class Orca:
         import pyrvo
 
         goal, robot = check_drive(scene, goal, robot, dt)
-        estimates = Estimates(scene, dt, NOISE, SPEED)
+        estimates = Estimates(scene, dt, SIGHT_NOISE, SPEED)
         others = len(scene)
         radius = robot.radius + self.margin / 2
         simulator = pyrvo.RVOSimulator(
@@ -108,7 +108,7 @@ def tuned(file):
 
 def crowd(count, seed):
     """A scene of so many movers on a square with as much room for each as the study's densest."""
-    side = moving.SIDE * math.sqrt(count / moving.DENSITIES[-1])
+    side = moving.SIDE * math.sqrt(count / moving.CROWDS[-1])
     rng = np.random.default_rng(seed)
     start, goal = np.array([-0.15, side / 2]), np.array([side + 0.15, side / 2])
     movers = []
