@@ -97,8 +97,8 @@ class Following:
         object.__setattr__(self, "reserve", reserve)
         if self.keep_out and not hasattr(self.tracker, "obstacles"):
             raise InvalidParameter(
-                f"tracker is {checks.shown(self.tracker)}, which cannot keep out of obstacles; "
-                "give an Mpc"
+                f"keep_out is True, but tracker is {checks.shown(self.tracker)}, which knows of "
+                "no obstacles; give an Mpc"
             )
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
