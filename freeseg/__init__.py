@@ -19,6 +19,7 @@ from freeseg.errors import (
     SolverFailed,
     Trapped,
 )
+from freeseg.following import Following
 from freeseg.paper import load_cases, load_table
 from freeseg.path import Arc, Line, Path
 from freeseg.plan import Plan, Planner
@@ -37,6 +38,7 @@ from freeseg.random_worlds import random_query, random_world
 from freeseg.react import ReactiveRun, react
 from freeseg.reactive import DynamicWindow, PotentialField, VectorFieldHistogram
 from freeseg.reference import Reference, make_reference, tracking_error
+from freeseg.replanning import Replanning
 from freeseg.robot import KheperaIV, Robot
 from freeseg.scene import Mover, Scene
 from freeseg.segments import free_segments
@@ -76,6 +78,7 @@ __all__ = [
     "DynamicWindow",
     "Explorer",
     "FeedbackLinearisation",
+    "Following",
     "FreesegError",
     "Fuzzy",
     "InvalidData",
@@ -100,6 +103,7 @@ __all__ = [
     "PurePursuit",
     "ReactiveRun",
     "Reference",
+    "Replanning",
     "Robot",
     "Run",
     "Scene",

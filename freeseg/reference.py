@@ -13,6 +13,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only, wrap_angle
 from freeseg.path import Path
 from freeseg.plan import Plan
+from freeseg.planners.time_minimal import TimedPlan
 from freeseg.robot import Robot, as_robot, same_robot
 from freeseg.smoothing import moving_average
 from freeseg.world import World, check_world
@@ -30,6 +31,9 @@ SPACING, LEAST_INTERVALS = 0.0005, 200
 
 #: Time between two points of a reference (s), and how many points a slow one has at most.
 GRID, MOST_POINTS = 0.001, 200_000
+
+#: Below this share of its speed, a reference along a timed path keeps its heading.
+STANDS = 1e-3
 
 #: A longer run would not end, or not fit into memory.
 MOST_STEPS = 1e7
@@ -522,6 +526,84 @@ def _timed(course, s, lengths, v, corners, shift, robot):
         v_dot * here.curvature + v**2 * here.curvature_rate,
         shift,
         robot,
+    )
+
+
+def timed_reference(plan: TimedPlan, acceleration: float = ACCELERATION) -> Reference:
+    """Drive a path in time from rest to rest, a little late.
+
+    A timed path is exact for a point that has its speed V at once and turns
+    corners. The reference is its moving average over the last V / acceleration
+    seconds: it begins and ends with just that acceleration, and its corners are
+    blended.
+
+    Parameters
+    ----------
+    plan : TimedPlan
+        What to follow, from `time_minimal_plan`.
+    acceleration : float, optional
+        Acceleration at both ends (m/s^2).
+
+    Returns
+    -------
+    Reference
+        Late by half of V / acceleration (s), and arriving late by all of it.
+        Its ``shift`` is how far it is, at most, from where the path was by
+        that half earlier.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no timed plan, and an acceleration that is not positive or
+        beyond what a wheel can do.
+
+    Notes
+    -----
+    So an acceleration costs V / acceleration seconds of arrival. Who plans
+    for where the movers will be half of that later loses nothing else where the
+    path is straight; where it bends, the shift has to find room in the margin. The wheels'
+    limits hold between the ends, too, where the bends are so wide that the
+    outer wheel keeps up; a reserve of speed is for the planner to leave.
+
+    Examples
+    --------
+    >>> import freeseg as fs
+    >>> scene = fs.Scene(fs.World([]), [fs.Mover(fs.Disc((0.5, 0.2), 0.1), (0, -0.02))])
+    >>> plan = fs.time_minimal_plan(scene, (0, 0), (1, 0), speed=0.1)
+    >>> reference = timed_reference(plan, acceleration=0.2)
+    >>> round(reference.duration - plan.arrival, 9)
+    0.5
+    """
+    checks.instance("plan", plan, TimedPlan, "one from time_minimal_plan")
+    _, acceleration = _check_limits(plan.robot, plan.speed, acceleration)
+    width = plan.speed / acceleration
+    end = plan.arrival + width
+    t = np.linspace(0, end, int(min(np.ceil(end / GRID) + 1, MOST_POINTS)))
+    before = t - width
+    # Integrals of the place up to t, which stands before and after.
+    fine = np.union1d(np.union1d(t, before), plan.path.joints)
+    place = plan.path.at(fine)[0][:2]
+    total = np.zeros_like(place)
+    total[:, 1:] = np.cumsum(np.diff(fine) * (place[:, 1:] + place[:, :-1]) / 2, axis=1)
+    mean, (x_dot, y_dot) = (
+        np.stack([np.interp(t, fine, row) - np.interp(before, fine, row) for row in rows]) / width
+        for rows in (total, place)
+    )
+    late = np.stack([np.interp(t - width / 2, fine, row) for row in place])
+    v = np.hypot(x_dot, y_dot)
+    moves = v > STANDS * plan.speed
+    heading = np.unwrap(np.arctan2(y_dot[moves], x_dot[moves]))
+    heading = np.interp(t, t[moves], heading)
+    omega = np.gradient(heading, t)
+    return Reference(
+        t,
+        np.stack([*mean, heading]),
+        v,
+        omega,
+        np.gradient(v, t),
+        np.gradient(omega, t),
+        float(np.hypot(*(mean - late)).max()),
+        plan.robot,
     )
 
 

@@ -346,6 +346,32 @@ CALLS = {
     "load_laws": (reacting.load_laws, {"file": data.DATA / "reactive_gains.csv"}),
     "reactive_rivals": (reacting.reactive_rivals, {"file": data.DATA / "reactive_gains.csv"}),
     "trap_worlds": (reacting.trap_worlds, {}),
+    "Following": (
+        fs.Following,
+        {
+            "tracker": fs.Kanayama(),
+            "timed": False,
+            "keep_out": False,
+            "speed": 0.1,
+            "reserve": 0.02,
+            "acceleration": 0.5,
+            "margin": 0.01,
+            "noise": 0.002,
+        },
+    ),
+    "Replanning": (
+        fs.Replanning,
+        {
+            "speed": 0.1,
+            "margin": 0.01,
+            "noise": 0.002,
+            "reach": 1.0,
+            "ahead": 0.1,
+            "fallback": "keep",
+            "steering": 6.0,
+            "turn_rate": 3.0,
+        },
+    ),
     "score": (reacting.score, {"law": fs.PotentialField(), "tasks": [TASK]}),
     "search": (
         reacting.search,

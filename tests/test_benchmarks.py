@@ -173,3 +173,11 @@ def test_movers(capsys):
     printed = capsys.readouterr().out
     assert [line.split()[0] for line in printed.splitlines()] == [*crossings.RIVAL_NAMES, "best"]
     assert "'earlier': 0" in printed.splitlines()[-1]
+
+
+def test_avoid_movers(capsys, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["avoid_movers.py", "--quick"])
+    load("avoid_movers").main()
+    printed = capsys.readouterr().out
+    assert printed.count("10 movers, reach") == 2
+    assert "nothing" in printed

@@ -36,6 +36,8 @@ LAYERS = [
     "disturbance",
     "trackers",
     "reactive",
+    "replanning",
+    "following",
     "simulate",
     "react",
     "metrics",

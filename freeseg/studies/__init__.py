@@ -2,7 +2,7 @@
 
 `planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
 what each set of obstacle sizes would conclude; `courses`, `tracking`, `tuning` and `comparing`
-compare trackers, `reacting` reactive laws;
+compare trackers, `reacting` reactive laws, `moving` methods among movers;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
@@ -10,6 +10,7 @@ for `store`, with `load`, keeps the rows.
 from freeseg.studies import (
     comparing,
     courses,
+    moving,
     orders,
     planning,
     reacting,
@@ -28,6 +29,7 @@ __all__ = [
     "comparing",
     "courses",
     "load",
+    "moving",
     "orders",
     "planning",
     "reacting",

@@ -1,6 +1,7 @@
 """Model predictive control: a quadratic programme every time step."""
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +13,7 @@ from freeseg.errors import InvalidParameter, SolverFailed
 from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference
 from freeseg.robot import Robot, body_velocity, reached_speeds, wheel_speeds
+from freeseg.scene import Scene, check_scene
 from freeseg.trackers.feedback import Law, check_gains
 from freeseg.trackers.predictor import Predictor, SlipObserver
 from freeseg.world import Disc, World
@@ -68,8 +70,11 @@ class Mpc:
         Weight of a wheel's squared acceleration beyond the reference's (s^4).
     terminal : float
         Factor on what distance and heading cost at the last step.
-    obstacles : World, optional
-        Discs that the robot is to keep out of, or none.
+    obstacles : World, Scene or callable, optional
+        Discs that the robot is to keep out of, or none. Of a scene, at each
+        step where its movers then are. What is known of movers only while driving is a
+        function: ``obstacles(t)`` gives a scene as it is foreseen from the time t
+        (s) on, which is its time zero, always of as many obstacles.
     nearest : int
         How many of them a programme knows: those nearest to the prediction.
     keep_out : float
@@ -101,8 +106,7 @@ class Mpc:
     InvalidParameter
         For a weight, a delay, a lag or a rate that is negative or not finite
         (the weight of accelerations has to be positive), a count that is not a
-        whole positive one, another solver, or obstacles that are no world of
-        discs.
+        whole positive one, another solver, or obstacles that are no discs.
 
     Notes
     -----
@@ -137,7 +141,7 @@ class Mpc:
     heading: float = 3e-4
     acceleration: float = 1e-4
     terminal: float = 10.0
-    obstacles: World | None = None
+    obstacles: World | Scene | Callable[[float], Scene] | None = None
     nearest: int = 7
     keep_out: float = 100.0
     solver: str | None = None
@@ -159,14 +163,12 @@ class Mpc:
             object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1))
         if self.horizon > LONGEST_HORIZON:
             raise InvalidParameter(f"horizon is {self.horizon}; give at most {LONGEST_HORIZON}")
-        if self.obstacles is not None:
-            checks.instance("obstacles", self.obstacles, World, "a World of discs")
-            for index, obstacle in enumerate(self.obstacles, 1):
-                if not isinstance(obstacle, Disc):
-                    raise InvalidParameter(
-                        f"obstacle {index} is a {type(obstacle).__name__}, and the MPC keeps out "
-                        "of discs only; give a disc round it"
-                    )
+        if isinstance(self.obstacles, World | Scene):
+            _check_discs(check_scene(self.obstacles))
+        elif self.obstacles is not None and (
+            not callable(self.obstacles) or isinstance(self.obstacles, type)
+        ):
+            checks.instance("obstacles", self.obstacles, World, "a World of discs, or a Scene")
         if self.solver is not None:
             checks.choice("solver", self.solver, SOLVERS)
         checks.choice("on_failure", self.on_failure, ON_FAILURE)
@@ -202,7 +204,8 @@ class Mpc:
         predictor = Predictor(self.delay, self.lag, reference, robot, dt)
         robot, dt = predictor.robot, predictor.dt
         observer = SlipObserver(self.observer, robot, dt)
-        programme = _Programme(self, robot, dt)
+        foresee = _foresight(self.obstacles, robot, predictor.ahead, dt, self.horizon)
+        programme = _Programme(self, robot, dt, foresee(0.0))
         look_ahead = _previewer(reference, robot, dt, self.horizon, predictor.ahead)
 
         def law(t, pose):
@@ -211,6 +214,7 @@ class Mpc:
             # Headings are counted on from the prediction's, or the reference's.
             expected = (programme.best if programme.solved else wanted)[0, 4]
             theta = expected + wrap_angle(theta - expected)
+            programme.circles = foresee(t)
             programme.set_objective(wanted)
             programme.set_state((x, y, theta), predictor.motors.asked, observer.rolled)
             status = programme.solve()
@@ -239,14 +243,14 @@ class _Programme:
     A row of a plan is a time step: u, the z that it leads to and, with discs, the slack.
     """
 
-    def __init__(self, tracker, robot, dt):
-        self.circles = _circles(tracker.obstacles, robot)
-        self.discs = min(tracker.nearest, len(self.circles))
+    def __init__(self, tracker, robot, dt, circles):
+        self.circles = circles
+        self.discs = min(tracker.nearest, circles.shape[1])
         n, rows = tracker.horizon, (tracker.horizon, 5 + self.discs)
         # Variables: the plan linearised about, where the robot is and what is near, the best plan.
         shape = n, 8 if self.discs else 7
         self.plan, self.best, self.solved = np.zeros(shape), np.zeros(shape), False
-        self.state, self.near = np.zeros(5), self.circles[: self.discs].copy()
+        self.state, self.near = np.zeros(5), circles[:, : self.discs].copy()
         self.rolled = np.ones(2)
         # Objective: squares, and a gradient, of which only the slack's stays through a run.
         self.weights, self.gradient = _weights(tracker, shape), np.full(shape, tracker.keep_out)
@@ -335,17 +339,49 @@ class _Programme:
 
     def _choose_discs(self):
         """Keep out of the discs nearest to the plan."""
-        if self.discs < len(self.circles):
-            apart = np.linalg.norm(self.plan[:, None, 2:4] - self.circles[:, :2], axis=-1)
-            clearance = (apart - self.circles[:, 2]).min(0)
-            self.near[:] = self.circles[np.argpartition(clearance, self.discs)[: self.discs]]
+        nearest = slice(None)
+        if self.discs < self.circles.shape[1]:
+            apart = np.linalg.norm(self.plan[:, None, 2:4] - self.circles[..., :2], axis=-1)
+            clearance = (apart - self.circles[..., 2]).min(0)
+            nearest = np.argpartition(clearance, self.discs)[: self.discs]
+        self.near[:] = self.circles[:, nearest]
 
 
-def _circles(obstacles, robot):
-    """Centres and radii (m) of what the robot's centre keeps out of, shape (n, 3)."""
-    discs = obstacles.obstacles if obstacles else ()
-    circles = [(*disc.center, disc.radius + robot.radius) for disc in discs]
-    return np.reshape(circles, (-1, 3))
+def _check_discs(scene):
+    """`scene`; `InvalidParameter` unless all of its obstacles are discs."""
+    movers = [mover.obstacle for mover in scene.movers]
+    for index, obstacle in enumerate([*scene.world, *movers]):
+        if not isinstance(obstacle, Disc):
+            name = scene.name_of(index)
+            raise InvalidParameter(
+                f"{name} is a {type(obstacle).__name__}, and the MPC keeps out of discs only; "
+                "give a disc round it"
+            )
+    return scene
+
+
+def _foresight(obstacles, robot, ahead, dt, horizon):
+    """``foresee(t)``: centres and radii (m) to keep out of at each step, (horizon, n, 3)."""
+    later = ahead + dt * np.arange(1, horizon + 1)
+    if callable(obstacles):
+        return lambda t: _circles(_check_discs(check_scene(obstacles(t))), robot, later)
+    scene = check_scene(obstacles or World([]))
+    if scene.movers:
+        return lambda t: _circles(scene, robot, t + later)
+    circles = _circles(scene, robot, later)
+    return lambda t: circles
+
+
+def _circles(scene, robot, times):
+    """Centres and radii (m) of what the robot's centre keeps out of at times (k,), (k, n, 3)."""
+    fixed = [(*disc.center, disc.radius) for disc in scene.world]
+    circles = np.empty((len(times), len(scene), 3))
+    circles[:, : len(fixed)] = np.reshape(fixed, (-1, 3))
+    for index, mover in enumerate(scene.movers, len(fixed)):
+        circles[:, index, :2] = mover.obstacle.center + mover.shifts(times)
+        circles[:, index, 2] = mover.obstacle.radius + mover.growth * times
+    circles[..., 2] += robot.radius
+    return circles
 
 
 def _weights(tracker, shape):
@@ -455,12 +491,12 @@ def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
     casadi.Function
         ``(plan, state, near, rolled) -> (a, lower, upper)`` with ``lower <=
         a w <= upper`` for the new plan w. A plan has a column for each step:
-        u, z and, with discs, the slack; near has one for each disc: centre
-        and radius (m). Rolled is the share of each wheel's travel that moves
+        u, z and, with discs, the slack; near has one for each disc of each
+        step: centre and radius (m). Rolled is the share of each wheel's travel that moves
         the robot.
     """
     plan = ca.SX.sym("plan", 8 if discs else 7, horizon)
-    state, near = ca.SX.sym("state", 5), ca.SX.sym("near", 3, discs)
+    state, near = ca.SX.sym("state", 5), ca.SX.sym("near", 3, discs * horizon)
     rolled = ca.SX.sym("rolled", 2)
     # Over the ground, wheels that slip are slower wheels.
     ground = ca.vertcat(1, 1, 1, rolled)
@@ -468,7 +504,7 @@ def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
     for k, before in enumerate(ca.horzsplit(ca.horzcat(state, plan[2:7, :-1]))):
         after = motion(ground * before, rolled * plan[:2, k]) / ground
         gaps.append(plan[2:7, k] - after)
-        for disc in ca.horzsplit(near):
+        for disc in ca.horzsplit(near[:, k * discs : (k + 1) * discs]):
             gaps.append(ca.norm_2(plan[2:4, k] - disc[:2]) - disc[2] + plan[7, k])
     rows, w = ca.vertcat(*gaps), ca.vec(plan)
     a = ca.jacobian(rows, w)

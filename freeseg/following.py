@@ -1,0 +1,195 @@
+"""Laws that plan once, and then follow their plan by a tracker."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from freeseg import checks
+from freeseg.errors import InvalidParameter
+from freeseg.geometry import wrap_angle
+from freeseg.planners import shortest_path, time_minimal_plan
+from freeseg.reactive.sensing import check_drive, steer
+from freeseg.reference import SPEED, Reference, make_reference, timed_reference
+from freeseg.replanning import SIGHT_NOISE, Estimates
+from freeseg.robot import Robot
+from freeseg.scene import Mover, Scene, check_scene
+from freeseg.segments import MARGIN
+from freeseg.trackers.feedback import Law, Tracker
+from freeseg.trackers.kanayama import Kanayama
+from freeseg.world import Disc, World
+
+#: Nearer to the goal than this (m), once its reference has ended, a robot drives there straight.
+DOCKING = 0.03
+
+#: Gains of that: speed over distance (1/s), turn rate over angle (1/s), and the largest turn
+#: rate (rad/s).
+APPROACH, STEERING, TURN_RATE = 2.0, 4.0, 3.0
+
+
+@dataclass(frozen=True)
+class Following:
+    """Law that plans when it starts to drive, and follows its plan.
+
+    What it makes of movers is said by two switches. With neither it drives
+    blindly along the shortest path among what stands.
+
+    Parameters
+    ----------
+    tracker : Tracker
+        What follows; by default Kanayama's law.
+    timed : bool
+        Whether the plan is the one of `time_minimal_plan`, for which the
+        scene has to say how its movers move: with perfect knowledge, that is.
+    keep_out : bool
+        Whether the tracker, an `Mpc`, keeps out of all obstacles where they
+        are foreseen: movers by `Estimates` of what is seen of them, see `observe`.
+    speed : float
+        Top speed (m/s).
+    reserve : float
+        Share of that speed that a timed plan leaves to the tracker, to
+        catch up with.
+    acceleration : float
+        Of the reference (m/s^2).
+    margin : float
+        Security margin delta (m).
+    noise : float
+        Standard deviation of an observed position (m), as it is told.
+
+    Raises
+    ------
+    InvalidParameter
+        For a number that is out of range, what is no tracker, or one that cannot keep out of
+        obstacles but is to.
+
+    Notes
+    -----
+    A timed plan is made for where the movers are when half of its reference's lateness has
+    passed, see `timed_reference`. A tracker that keeps out is told that the wheels reach the
+    top speed and no more, so that it never counts on more.
+    """
+
+    tracker: Tracker = field(default_factory=Kanayama)
+    timed: bool = False
+    keep_out: bool = False
+    speed: float = SPEED
+    reserve: float = 0.02
+    acceleration: float = 0.5
+    margin: float = 2 * MARGIN
+    noise: float = SIGHT_NOISE
+
+    def __post_init__(self) -> None:
+        if isinstance(self.tracker, type) or not callable(getattr(self.tracker, "start", None)):
+            raise InvalidParameter(
+                f"tracker is {checks.shown(self.tracker)}; give one, such as Kanayama()"
+            )
+        for name in ("timed", "keep_out"):
+            checks.flag(name, getattr(self, name))
+        for name in ("speed", "acceleration"):
+            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        for name in ("margin", "noise"):
+            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
+        reserve = checks.number(
+            "reserve", self.reserve, lambda found: 0 <= found < 1, "a share from 0 to below 1"
+        )
+        object.__setattr__(self, "reserve", reserve)
+        if self.keep_out and not hasattr(self.tracker, "obstacles"):
+            raise InvalidParameter(
+                f"keep_out is True, but tracker is {checks.shown(self.tracker)}, which knows of "
+                "no obstacles; give an Mpc"
+            )
+
+    def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
+        """The law for one drive of one robot.
+
+        Parameters
+        ----------
+        scene : World or Scene
+            Obstacles.
+        goal : array_like, shape (2,)
+            Where to drive (m).
+        robot : Robot
+            Robot.
+        dt : float
+            Time for which each command is held (s).
+
+        Returns
+        -------
+        Law
+            It plans at its first step, and raises what the planner then raises.
+
+        Raises
+        ------
+        InvalidQuery
+            For what is no scene, or a goal where the robot does not fit.
+        InvalidParameter
+            For what is no robot, or a time step that is not positive.
+        """
+        goal, robot = check_drive(scene, goal, robot, dt)
+        scene = check_scene(scene)
+        if self.keep_out:
+            rate = min(robot.max_wheel_rate, self.speed / robot.wheel_radius)
+            robot = replace(robot, max_wheel_rate=rate)
+        begun: list[tuple[Reference, Law]] = []
+
+        def law(t, pose):
+            if not begun:
+                begun.append(self._begin(scene, pose[:2], goal, robot, dt))
+            reference, track = begun[0]
+            to = goal - pose[:2]
+            left = math.hypot(*to)
+            if t < reference.duration or (self.keep_out and left > DOCKING):
+                return track(t, pose)
+            error = wrap_angle(np.arctan2(to[1], to[0]) - pose[2])
+            return steer(error, min(self.speed, APPROACH * left), STEERING, TURN_RATE)
+
+        return law
+
+    def _begin(
+        self, scene: Scene, place: np.ndarray, goal: np.ndarray, robot: Robot, dt: float
+    ) -> tuple[Reference, Law]:
+        """The reference from a place (m), and the tracker's law."""
+        if self.timed:
+            speed = (1 - self.reserve) * self.speed
+            later = scene_after(scene, speed / self.acceleration / 2)
+            timed = time_minimal_plan(later, place, goal, speed, robot, self.margin)
+            reference = timed_reference(timed, self.acceleration)
+        else:
+            plan = shortest_path(scene.world, place, goal, robot, self.margin)
+            reference = make_reference(plan, speed=self.speed, acceleration=self.acceleration)
+        tracker: Any = self.tracker
+        if self.keep_out:
+            estimates = Estimates(scene, dt, self.noise, self.speed)
+            tracker = replace(tracker, obstacles=lambda t: self._grown(estimates.at(t)))
+        return reference, tracker.start(reference, robot, dt)
+
+    def _grown(self, scene: Scene) -> Scene:
+        """All obstacles as movers that are larger by half of the margin, as the planners' are."""
+        movers = [*(Mover(obstacle) for obstacle in scene.world), *scene.movers]
+        return Scene(World([]), [_larger(mover, self.margin / 2) for mover in movers])
+
+
+def _larger(mover: Mover, by: float) -> Mover:
+    """A mover that is larger (m); what is no disc stays, for the tracker to refuse it."""
+    disc = mover.obstacle
+    if not isinstance(disc, Disc):
+        return mover
+    return replace(mover, obstacle=Disc(disc.center, disc.radius + by))
+
+
+def scene_after(scene: Scene, t: float) -> Scene:
+    """The scene from a time (s) on, which then is time zero."""
+    return Scene(scene.world, [_mover_after(mover, t) for mover in scene.movers])
+
+
+def _mover_after(mover: Mover, t: float) -> Mover:
+    """A mover from a time (s) on."""
+    if mover.shift is None:
+        return replace(mover, obstacle=mover.at(t))
+    return replace(
+        mover,
+        obstacle=mover.at(t),
+        shift=lambda times: mover.shifts(times + t) - mover.shifts(t),
+    )

@@ -1,0 +1,509 @@
+"""Methods side by side among movers: collisions, arrivals, delay over the earliest arrival, time.
+
+Every method drives the same robot, at most at the same speed, from the same starts in the
+same scenes, and sees the movers with the same noise; but for the offline plan, which is told how
+they move and so has no noise. Each drive is judged by the scene as it is.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from os import PathLike
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from freeseg import checks
+from freeseg.data import DATA
+from freeseg.errors import InvalidData, InvalidParameter, InvalidQuery, NoPath, Trapped
+from freeseg.following import Following
+from freeseg.geometry import unit
+from freeseg.planners import shortest_path, time_minimal_plan
+from freeseg.random_worlds import SIZES
+from freeseg.react import ARRIVED, react
+from freeseg.reactive.sensing import Reactive
+from freeseg.reference import SPEED
+from freeseg.replanning import SIGHT_NOISE, Replanning, observe
+from freeseg.robot import KheperaIV
+from freeseg.scene import Mover, Scene
+from freeseg.studies.reacting import PATIENCE, load_laws
+from freeseg.studies.runner import run
+from freeseg.studies.statistics import Difference, Share, differences, interval, share
+from freeseg.world import Disc, World
+
+#: Side of the square that movers cross (m), what stands in it, and how far before and behind it the
+#: robot starts and is to arrive (m).
+SQUARE, STANDING, BEYOND = 1.0, 2, 0.15
+
+#: How many movers cross it, and their speeds relative to the robot's.
+CROWDS, RATIOS = (2, 4, 8), (0.4, 0.8)
+
+#: Time between two commands (s): 20 Hz; and how long a drive may take (s).
+TICK, LONGEST_DRIVE = 0.05, 40.0
+
+#: The method that knows how movers move, which is told their velocities.
+OFFLINE = "time-minimal, offline"
+
+#: What `possible` says of scenes that are counted apart.
+IMPOSSIBLE = "no", "overrun"
+
+#: Where the study's rows are, written by tests/benchmarks/avoid_movers.py.
+DRIVES = DATA / "movers.npz"
+
+#: What a row says of a drive that was none.
+NOT_DRIVEN = {"outcome": "not driven", "ticks": 0, "missed": 0, "late": 0} | dict.fromkeys(
+    ("arrival_s", "collision_s", "clearance_m", "median_ms", "p95_ms"), math.nan
+)
+
+#: Arrivals that differ by less, relatively, are one.
+SAME_TIME = 1e-9
+
+#: A share of no scenes.
+NO_SHARE = Share(math.nan, math.nan, math.nan)
+
+#: Columns of `load_drives`, and what they are kept as.
+FORM = {
+    "scene": int,
+    "movers": int,
+    "ratio": float,
+    "possible": str,
+    "proved": bool,
+    "bound_s": float,
+    "static_s": float,
+    "method": str,
+    "outcome": str,
+    "arrival_s": float,
+    "collision_s": float,
+    "clearance_m": float,
+    "ticks": int,
+    "missed": int,
+    "median_ms": float,
+    "p95_ms": float,
+    "late": int,
+}
+
+
+class MovingTask(NamedTuple):
+    """A scene, where to drive in it (m), how many movers it has and their relative speed."""
+
+    scene: Scene
+    start: np.ndarray
+    goal: np.ndarray
+    movers: int
+    ratio: float
+
+
+def random_task(number: int) -> MovingTask:
+    """Scene of the study, by its number: every six are one of each density and speed.
+
+    Parameters
+    ----------
+    number : int
+        From 0 on.
+
+    Returns
+    -------
+    MovingTask
+        Two discs that stand, and movers in random directions; half way through the
+        shortest drive, each is somewhere on the square.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no such number.
+    """
+    number = checks.whole("number", number)
+    movers = CROWDS[number % len(CROWDS)]
+    ratio = RATIOS[number // len(CROWDS) % len(RATIOS)]
+    rng = np.random.default_rng((19, number))
+    start, goal = (
+        np.array([x, rng.uniform(0.2, 0.8) * SQUARE]) for x in (-BEYOND, SQUARE + BEYOND)
+    )
+    still = [_disc(rng, rng.uniform(SIZES[1], SQUARE - SIZES[1], 2)) for _ in range(STANDING)]
+    half = math.dist(start, goal) / SPEED / 2
+    found: list[Mover] = []
+    while len(found) < movers:
+        velocity = ratio * SPEED * unit(rng.uniform(-np.pi, np.pi))
+        disc = _disc(rng, rng.uniform(0, SQUARE, 2) - half * velocity)
+        # No law starts with a goal where the robot cannot be.
+        if math.dist(disc.center, goal) > disc.radius + KheperaIV().diameter:
+            found.append(Mover(disc, velocity=velocity))
+    return MovingTask(Scene(World(still), found), start, goal, movers, ratio)
+
+
+def _disc(rng: np.random.Generator, center: np.ndarray) -> Disc:
+    """A disc of random size."""
+    return Disc(center, rng.uniform(*SIZES))
+
+
+def methods() -> dict[str, Reactive]:
+    """The methods of this package by their names; the reactive laws as tuned in random worlds.
+
+    Returns
+    -------
+    dict
+        For `compare`. Those that plan keep a margin of 10 mm, for noise and for the robot's
+        own accelerations.
+    """
+    # Imported here: CasADi takes long to load.
+    from freeseg.trackers.mpc import Mpc
+
+    mpc = Mpc(horizon=30, on_failure="brake", nearest=4)
+    return {
+        OFFLINE: Following(timed=True),
+        "re-planning": Replanning(),
+        "MPC": Following(mpc, keep_out=True),
+        **load_laws()["random"],
+        "nothing": Following(),
+    }
+
+
+class _Clocked:
+    """A reactive law that sees a scene with noise, is held to a speed, and is timed."""
+
+    def __init__(self, law: Reactive, seen: Callable[[Any], Any]) -> None:
+        self.law, self.seen = law, seen
+        self.seconds: list[float] = []
+        self.begun: Any = None
+
+    def start(self, scene, goal, robot, dt):
+        """The law, with its clock."""
+        self.begun = self.law.start(self.seen(scene), goal, robot, dt)
+
+        def law(t, pose):
+            begin = time.process_time()
+            v, omega = self.begun(t, pose)
+            self.seconds.append(time.process_time() - begin)
+            return min(max(v, -SPEED), SPEED), omega
+
+        return law
+
+
+def bound(task: MovingTask) -> dict[str, Any]:
+    """What is known of the earliest arrival in a scene.
+
+    Parameters
+    ----------
+    task : MovingTask
+        Scene.
+
+    Returns
+    -------
+    dict
+        ``possible``: ``"yes"``, ``"no"`` where it is proved that nothing arrives, ``"overrun"``
+        where the robot is met at its start at once, ``"unknown"``; ``bound_s``,
+        the arrival of the plan without a margin (NaN without one), and whether it
+        is ``proved`` that nothing can arrive earlier; ``static_s``, that of the shortest path
+        among what stands, which is a bound for all. Both for a point that has its
+        speed at once.
+    """
+    checks.instance("task", task, MovingTask, "one from random_task")
+    scene, start, goal, *_ = task
+    found: dict[str, Any] = {
+        "possible": "yes",
+        "proved": False,
+        "bound_s": math.nan,
+        "static_s": math.nan,
+    }
+    try:
+        found["static_s"] = shortest_path(scene.world, start, goal, margin=0).path.length / SPEED
+        plan = time_minimal_plan(scene, start, goal, SPEED, margin=0)
+        # Nothing is faster than the shortest path among what stands.
+        as_fast = plan.arrival <= found["static_s"] * (1 + SAME_TIME)
+        found |= {"bound_s": float(plan.arrival), "proved": bool(plan.proved or as_fast)}
+    except NoPath:
+        found["possible"] = "no"
+    except InvalidQuery:
+        found["possible"] = "overrun"
+    except Trapped:
+        found["possible"] = "unknown"
+    return found
+
+
+def drive_all(
+    number: int, given: Mapping[str, Reactive] | None = None, noise: float = SIGHT_NOISE
+) -> list[dict[str, Any]]:
+    """Let every method drive in one scene.
+
+    Parameters
+    ----------
+    number : int
+        Of the scene, see `random_task`.
+    given : dict, optional
+        Name to law; by default `methods`.
+    noise : float, optional
+        Standard deviation (m) of what is seen of a mover's x and y. An assumption.
+
+    Returns
+    -------
+    list of dict
+        A row a method: ``scene``, ``movers`` and ``ratio``; what `bound` says; ``method``;
+        ``outcome``: ``"arrived"``, ``"collided"``, wherever it went then, ``"late"`` if it did not
+        arrive within `LONGEST_DRIVE` or came no nearer for `PATIENCE` seconds, ``"gave up"`` if it
+        refused to drive, and ``"not driven"`` if the robot was met at once; ``arrival_s`` and
+        ``collision_s`` (NaN where it has none), ``clearance_m``, the smallest distance of the
+        robot's centre from an obstacle; ``ticks``, commands given; ``missed``, of these,
+        the ones without a plan; ``median_ms`` and ``p95_ms`` of the processor time of its
+        commands, and ``late``, how many took over `TICK`.
+    """
+    given, noise = _check_methods(given), checks.not_negative("noise", noise)
+    task = random_task(number)
+    head = {"scene": number, "movers": task.movers, "ratio": task.ratio} | bound(task)
+    rows = []
+    for name, law in given.items():
+        told = 0.0 if name == OFFLINE else noise
+        driven = {} if head["possible"] == "overrun" else _drive(law, task, number, told)
+        rows.append(head | {"method": name} | NOT_DRIVEN | driven)
+    return rows
+
+
+def _check_methods(given: Any) -> Mapping[str, Reactive]:
+    """`given`, or `methods` for None; `InvalidParameter` for anything else."""
+    if given is None:
+        return methods()
+    remedy = "a dict of name to law, such as moving.methods()"
+    checks.instance("given", given, Mapping, remedy)  # type: ignore[type-abstract]
+    for name, law in given.items():
+        if isinstance(law, type) or not callable(getattr(law, "start", None)):
+            raise InvalidParameter(
+                f"given has {checks.shown(law)} for {checks.shown(name)}; give {remedy}"
+            )
+    return given
+
+
+def _drive(law: Reactive, task: MovingTask, number: int, noise: float) -> dict[str, Any]:
+    """What a row says of a drive."""
+
+    def seen(scene):
+        return observe(scene, noise, number, TICK) if noise else scene
+
+    clocked, outcome, driven = _Clocked(law, seen), "arrived", None
+    try:
+        driven = react(
+            clocked, task.scene, task.start, task.goal, dt=TICK,
+            tolerance=ARRIVED, patience=PATIENCE, limit=LONGEST_DRIVE,
+        )  # fmt: skip
+    except Trapped as trapped:
+        # Raised by the loop with its run, or by a planner without one.
+        outcome, driven = "late", getattr(trapped, "run", None)
+    except NoPath:
+        pass
+    if driven is None:
+        return {"outcome": "gave up"}
+    if driven.collision is not None:
+        outcome = "collided"
+    ms = 1e3 * np.array(clocked.seconds)
+    return {
+        "outcome": outcome,
+        "arrival_s": float(driven.t[-1]) if outcome == "arrived" else math.nan,
+        "collision_s": math.nan if driven.collision is None else driven.collision,
+        "clearance_m": driven.clearance,
+        "ticks": len(ms),
+        "missed": getattr(clocked.begun, "missed", 0),
+        "median_ms": float(np.median(ms)),
+        "p95_ms": float(np.quantile(ms, 0.95)),
+        "late": int((ms > 1e3 * TICK).sum()),
+    }
+
+
+def _drive_all(
+    number: int, _: int, given: Mapping[str, Reactive] | None, noise: float
+) -> list[dict[str, Any]]:
+    """As `drive_all`; the seed of a scene is its number, not the runner's."""
+    return drive_all(number, given, noise)
+
+
+def compare(
+    numbers: Iterable[int],
+    given: Mapping[str, Reactive] | None = None,
+    noise: float = SIGHT_NOISE,
+    store: str | PathLike[str] | None = None,
+    jobs: int | None = 1,
+) -> list[dict[str, Any]]:
+    """Let every method drive in many scenes.
+
+    Parameters
+    ----------
+    numbers : iterable of int
+        Of the scenes.
+    given, noise
+        As for `drive_all`.
+    store, jobs : optional
+        Where rows are kept, and processes, see `runner.run`.
+
+    Returns
+    -------
+    list of dict
+        Rows of `drive_all`.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no methods, no noise, or no numbers of scenes.
+    """
+    given = _check_methods(given)
+    function = partial(_drive_all, given=given, noise=checks.not_negative("noise", noise))
+    rows = run(function, numbers, store, jobs=jobs, strict=True)
+    return [{name: row[name] for name in FORM} for row in rows]
+
+
+def save_drives(rows: Iterable[Mapping[str, Any]], file: str | PathLike[str] = DRIVES) -> None:
+    """Write rows of `compare` as arrays, one a column of `FORM`."""
+    found = _checked(rows)
+    columns: dict[str, Any] = {
+        name: np.array([row[name] for row in found], kind) for name, kind in FORM.items()
+    }
+    np.savez_compressed(checks.file("file", file), **columns)
+
+
+def load_drives(file: str | PathLike[str] = DRIVES) -> list[dict[str, Any]]:
+    """Rows that `save_drives` wrote.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read, or has other columns.
+    """
+    path = checks.file("file", file)
+    try:
+        with np.load(path) as stored:
+            columns = {name: stored[name].tolist() for name in FORM}
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        raise InvalidData(
+            f"{path} cannot be read ({error}); give what tests/benchmarks/avoid_movers.py wrote"
+        ) from error
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def summarise(
+    rows: Iterable[Mapping[str, Any]], by: tuple[str, ...] = ("movers", "ratio")
+) -> list[dict[str, Any]]:
+    """One row for each kind of scene and method, of the rows of `compare`.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        From `compare` or `load_drives`.
+    by : tuple of str, optional
+        What makes a kind of scene: of ``"movers"`` and ``"ratio"``; none for all scenes at once.
+
+    Returns
+    -------
+    list of dict
+        The kind; ``method``; ``scenes``, and of these ``impossible``, those that are not
+        counted any further, for nothing arrives there or the robot is met at once;
+        ``collided`` and ``arrived``, shares of the others, each a `Share` with
+        Wilson's interval; ``delayed``, the number of those that arrived with a bound;
+        ``delay``, the mean of arrival over bound minus one of these, where the bound is less by
+        what it takes to drive `ARRIVED`, with
+        ``delay_low`` and ``delay_high``, its bootstrap interval, and ``delay_median``; the same
+        of only those with a proved bound as ``proved`` (number) and ``proved_delay`` (mean);
+        ``missed``, the share of commands without a plan, and ``over``, of those that took
+        longer than `TICK`; ``median_ms`` and ``p95_ms``, medians over the drives of theirs. NaN
+        where there is none.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no such rows, or another kind.
+    """
+    found = _checked(rows)
+    if not isinstance(by, tuple | list) or set(by) - {"movers", "ratio"}:
+        raise InvalidParameter(
+            f"by is {checks.shown(by)}; give ('movers', 'ratio'), one of them, or none"
+        )
+    groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for row in found:
+        groups.setdefault((*(row[name] for name in by), row["method"]), []).append(row)
+    names = (*by, "method")
+    return [dict(zip(names, key, strict=True)) | _summary(group) for key, group in groups.items()]
+
+
+def _summary(group: list[Mapping[str, Any]]) -> dict[str, Any]:
+    """Numbers of one method's rows."""
+    tried = [row for row in group if row["possible"] not in IMPOSSIBLE]
+    arrived = [row for row in tried if row["outcome"] == "arrived"]
+    collided = sum(row["outcome"] == "collided" for row in tried)
+    bounded = [row for row in arrived if math.isfinite(row["bound_s"])]
+    # Who is so near has arrived, which the bound is not told.
+    earliest = np.array([row["bound_s"] for row in bounded]) - ARRIVED / SPEED
+    delays = np.array([row["arrival_s"] for row in bounded]) / earliest - 1
+    proved = delays[np.array([row["proved"] for row in bounded], bool)]
+    ticks = sum(row["ticks"] for row in tried)
+    low, high = _interval(delays)
+    driven = [row for row in tried if row["ticks"]]
+    return {
+        "scenes": len(group),
+        "impossible": len(group) - len(tried),
+        "collided": share(collided, len(tried)) if tried else NO_SHARE,
+        "arrived": share(len(arrived), len(tried)) if tried else NO_SHARE,
+        "delayed": len(delays),
+        "delay": _of(np.mean, delays),
+        "delay_low": low,
+        "delay_high": high,
+        "delay_median": _of(np.median, delays),
+        "proved": len(proved),
+        "proved_delay": _of(np.mean, proved),
+        "missed": sum(row["missed"] for row in tried) / max(ticks, 1),
+        "over": sum(row["late"] for row in tried) / max(ticks, 1),
+        "median_ms": _of(np.median, np.array([row["median_ms"] for row in driven])),
+        "p95_ms": _of(np.median, np.array([row["p95_ms"] for row in driven])),
+    }
+
+
+def _of(number: Callable[..., Any], values: np.ndarray) -> float:
+    """A number of some values; NaN where there is none."""
+    return float(number(values)) if len(values) else math.nan
+
+
+def _interval(values: np.ndarray) -> tuple[float, float]:
+    """Bootstrap interval of a mean over scenes, NaN for fewer than two."""
+    if len(values) < 2:
+        return math.nan, math.nan
+    # All drives are of the one robot, so only scenes are resampled.
+    return interval(np.stack([values, values], -1))
+
+
+def pairs(rows: Iterable[Mapping[str, Any]]) -> tuple[Difference, ...]:
+    """Differences of the shares of scenes in which methods arrive unharmed, paired by scene.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        From `compare` or `load_drives`: of every method in the same scenes.
+
+    Returns
+    -------
+    tuple of Difference
+        Of all pairs of methods, with simultaneous intervals, over the scenes that are not
+        impossible.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no such rows, or fewer than four scenes.
+    """
+    arrived: dict[str, dict[int, float]] = {}
+    for row in _checked(rows):
+        if row["possible"] not in IMPOSSIBLE:
+            of_method = arrived.setdefault(row["method"], {})
+            of_method[row["scene"]] = float(row["outcome"] == "arrived")
+    scenes = sorted(set.union(*map(set, arrived.values()))) if arrived else []
+    if any(set(scenes) - of_method.keys() for of_method in arrived.values()):
+        raise InvalidParameter("rows lacks a method in some scene; give all of compare")
+    return differences(
+        {
+            name: np.tile([[of_method[scene]] for scene in scenes], 4)
+            for name, of_method in arrived.items()
+        }
+    )
+
+
+def _checked(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Rows of `compare` as a list, or `InvalidParameter`."""
+    remedy = "rows of compare, one or more"
+    found: list[Mapping[str, Any]] = checks.instances("rows", rows, Mapping, remedy)  # type: ignore[type-abstract]
+    if not found or any(FORM.keys() - row.keys() for row in found):
+        raise InvalidParameter(f"rows is {checks.shown(rows)}; give {remedy}")
+    return found

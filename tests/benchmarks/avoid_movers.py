@@ -1,0 +1,181 @@
+"""Methods among movers: ``python tests/benchmarks/avoid_movers.py STORE``.
+
+Runs the study of `freeseg.studies.moving` on ``--count`` scenes, with ORCA as a further method,
+keeps its rows in the folder STORE, where a run that was stopped goes on, and prints tables.
+``--write`` runs nothing: it stores what STORE has so far in ``data/movers.npz``. Without a folder, it prints how long it takes to plan
+again among many movers, by the processor's own time; ``--quick`` tries fewer.
+
+ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``)
+chooses the velocity nearest to the wanted one that avoids all collisions within a time horizon.
+It takes it that every agent does its half of that. Movers here do not yield, and it is not told
+so: it finds out at the next step. Its robot has the margin of the others that plan, is told the
+estimates that they are told, and turns towards the velocity chosen as re-planning does.
+"""
+
+import argparse
+import math
+import time
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+import freeseg as fs
+from freeseg.geometry import unit, wrap_angle
+from freeseg.reactive.sensing import check_drive, steer
+from freeseg.reference import SPEED
+from freeseg.replanning import SIGHT_NOISE, Estimates, Replanning
+from freeseg.segments import MARGIN
+from freeseg.studies import moving, store
+
+#: Names of the reactive laws, and their classes.
+REACTIVE = {
+    "potential field": "PotentialField",
+    "VFH+": "VectorFieldHistogram",
+    "dynamic window": "DynamicWindow",
+}
+
+
+@dataclass(frozen=True)
+class Orca:
+    """ORCA as a law: the gains of the package's simulator."""
+
+    horizon: float = 4.0
+    reach: float = 2.0
+    margin: float = 2 * MARGIN
+    steering: float = 6.0
+    turn_rate: float = 3.0
+
+    def start(self, scene, goal, robot, dt):
+        """The law for one drive."""
+        import pyrvo
+
+        goal, robot = check_drive(scene, goal, robot, dt)
+        estimates = Estimates(scene, dt, SIGHT_NOISE, SPEED)
+        others = len(scene)
+        radius = robot.radius + self.margin / 2
+        simulator = pyrvo.RVOSimulator(
+            dt, self.reach, others, self.horizon, self.horizon, radius, SPEED
+        )
+        for _ in range(1 + others):
+            simulator.add_agent((0.0, 0.0))
+
+        velocity_now = (0.0, 0.0)
+
+        def law(t, pose):
+            nonlocal velocity_now
+            known = estimates.at(t)
+            moves = [(disc, (0.0, 0.0)) for disc in known.world]
+            moves += [(mover.obstacle, mover.velocity) for mover in known.movers]
+            for agent, (disc, velocity) in enumerate(moves, 1):
+                simulator.set_agent_position(agent, tuple(disc.center))
+                simulator.set_agent_velocity(agent, tuple(velocity))
+                simulator.set_agent_pref_velocity(agent, tuple(velocity))
+                simulator.set_agent_radius(agent, disc.radius)
+            to = goal - pose[:2]
+            left = math.hypot(*to)
+            wanted = to / left * min(SPEED, 2 * left) if left else to
+            simulator.set_agent_position(0, tuple(pose[:2]))
+            simulator.set_agent_velocity(0, velocity_now)
+            simulator.set_agent_pref_velocity(0, tuple(wanted))
+            simulator.do_step()
+            chosen = simulator.get_agent_velocity(0)
+            x, y = chosen.x, chosen.y
+            error = wrap_angle(math.atan2(y, x) - pose[2])
+            v, omega = steer(error, math.hypot(x, y), self.steering, self.turn_rate)
+            velocity_now = v * math.cos(pose[2]), v * math.sin(pose[2])
+            return v, omega
+
+        return law
+
+
+def crowd(count, seed):
+    """A scene of so many movers on a square with as much room for each as the study's densest."""
+    side = moving.SQUARE * math.sqrt(count / moving.CROWDS[-1])
+    rng = np.random.default_rng(seed)
+    start, goal = np.array([-0.15, side / 2]), np.array([side + 0.15, side / 2])
+    movers = []
+    while len(movers) < count:
+        disc = fs.Disc(rng.uniform(0, side, 2), rng.uniform(0.015, 0.06))
+        if min(math.dist(disc.center, start), math.dist(disc.center, goal)) > 0.3:
+            velocity = 0.5 * SPEED * unit(rng.uniform(-np.pi, np.pi))
+            movers.append(fs.Mover(disc, velocity=velocity))
+    return fs.Scene(fs.World([]), movers), start, goal
+
+
+def print_ticks(counts=(10, 50), scenes=10, ticks=40):
+    """Time of a command of re-planning, for numbers of movers and for reaches of sight."""
+    robot, dt = fs.KheperaIV(), 0.05
+    for count in counts:
+        for reach in (math.inf, 1.0):
+            spent, missed = [], 0
+            for seed in range(scenes):
+                scene, start, goal = crowd(count, seed)
+                law = Replanning(reach=reach).start(scene, goal, robot, dt)
+                pose = np.array([*start, 0.0])
+                for tick in range(ticks):
+                    begin = time.process_time()
+                    v, omega = law(tick * dt, pose)
+                    spent.append(1e3 * (time.process_time() - begin))
+                    pose = robot.move(pose, robot.to_wheels(v, omega), dt)
+                missed += law.missed
+            median, p95 = np.quantile(spent[1:], [0.5, 0.95])
+            print(
+                f"{count:3d} movers, reach {reach:3g} m: median {median:6.2f} ms, p95 {p95:6.2f} "
+                f"ms, longest {max(spent[1:]):6.1f} ms, without a plan {missed} of {len(spent)}"
+            )
+
+
+def print_tables(rows):
+    """What the study says."""
+    for by in ((), ("movers", "ratio")):
+        for row in moving.summarise(rows, by):
+            kind = " ".join(f"{row[name]:g}" for name in by)
+            shares = " ".join(
+                f"{name} {100 * row[name].share:5.1f} [{100 * row[name].low:5.1f}, "
+                f"{100 * row[name].high:5.1f}] %"
+                for name in ("collided", "arrived")
+            )
+            print(
+                f"{kind:7s} {row['method']:22s} {row['scenes'] - row['impossible']:4d} scenes  "
+                f"{shares}  delay {100 * row['delay']:6.2f} [{100 * row['delay_low']:6.2f}, "
+                f"{100 * row['delay_high']:6.2f}] % of {row['delayed']:3d} "
+                f"({100 * row['proved_delay']:6.2f} % of {row['proved']:3d} proved)  "
+                f"{row['median_ms']:6.2f} ms, p95 {row['p95_ms']:6.2f}, over {row['over']:.4f}, "
+                f"no plan {row['missed']:.4f}"
+            )
+    methods = len({row["method"] for row in rows})
+    print(Counter((row["possible"], row["proved"]) for row in rows[::methods]))
+    if len(rows) > 100:
+        for pair in moving.pairs(rows):
+            print(
+                f"{pair.first} - {pair.second}: {pair.mean:.3f} [{pair.low:.3f}, {pair.high:.3f}]"
+            )
+
+
+def main():
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("store", nargs="?")
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--quick", action="store_true")
+    told = parser.parse_args()
+    if told.quick:
+        print_ticks((10,), 1, 3)
+        print_tables(moving.compare([0], {"nothing": moving.methods()["nothing"]}))
+        return
+    if told.store is None:
+        print_ticks()
+        return
+    if told.write:
+        rows = store.load(told.store).to_table().to_pylist()
+        moving.save_drives(rows)
+    else:
+        given = moving.methods() | {"ORCA": Orca()}
+        rows = moving.compare(range(told.count), given, store=told.store)
+    print_tables(rows)
+
+
+if __name__ == "__main__":
+    main()
