@@ -2,8 +2,9 @@
 
 Runs the study of `freeseg.studies.moving` on ``--count`` scenes, with ORCA as a further method,
 keeps its rows in the folder STORE, where a run that was stopped goes on, and prints tables.
-``--write`` runs nothing: it stores what STORE has so far in ``data/movers.npz``. Without a folder, it prints how long it takes to plan
-again among many movers, by the processor's own time; ``--quick`` tries fewer.
+``--write`` runs nothing: it stores what STORE has so far in ``data/movers.npz``. Without a folder,
+it prints how long it takes to plan again among many movers, by the processor's own time;
+``--quick`` tries fewer.
 
 ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``)
 chooses the velocity nearest to the wanted one that avoids all collisions within a time horizon.
