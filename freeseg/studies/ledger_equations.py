@@ -4,7 +4,7 @@ What comes back of each is the largest deviation in random states; where an equa
 inequality, or hides a choice, it is the number that decides.
 """
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -47,17 +47,18 @@ def _planning() -> dict[str, float]:
     lengths = []
     for world in map(load_table, range(1, 6)):
         for one in free_segments(world):
-            first, second = (world[k] for k in one.obstacles)
+            first, second = (cast(Disc, world[k]) for k in one.obstacles)
             apart = np.linalg.norm(first.center - second.center) - first.radius - second.radius
             lengths.append(abs(one.length - apart))
     case = load_cases()["15a"]
     step = plan(load_table(case.table), case.start, case.goal).steps[1]
     start, goal = np.asarray(step.leg)
-    detours = []
+    detours: list[float] = []
     for candidate in step.candidates:
         legs = candidate.endpoint.point - start, goal - candidate.endpoint.point
-        detours.append(abs(sum(map(np.linalg.norm, legs)) - candidate.detour))
-    free = plan(World([Disc((5, 5), 0.1)]), (0, 0), (0.3, 0.4))
+        by_hand = sum(float(np.hypot(*leg)) for leg in legs)
+        detours.append(abs(by_hand - candidate.detour))
+    free = plan(World([Disc(np.array([5.0, 5.0]), 0.1)]), (0, 0), (0.3, 0.4))
     return {
         "2": float(max(lengths)),
         "5": float(max(detours)),
