@@ -21,6 +21,7 @@ from freeseg.segments import find_endpoints
 from freeseg.studies import (
     comparing,
     courses,
+    ledger,
     orders,
     planning,
     reacting,
@@ -713,6 +714,10 @@ CALLS = {
     "plot_fronts": (
         fs.plotting.plot_fronts,
         {"fronts": {"one": np.ones((2, 2))}, "ax": AX},
+    ),
+    "plot_outcomes": (
+        fs.plotting.plot_outcomes,
+        {"counts": ledger.count_outcomes([]), "ax": AX},
     ),
     "plot_intervals": (
         fs.plotting.plot_intervals,
