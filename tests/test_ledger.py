@@ -227,9 +227,7 @@ def test_a_broken_ledger_is_refused(tmp_path, old, new, named):
 
 
 def test_missing_evidence_is_named(claims, evidence):
-    with pytest.raises(
-        fs.InvalidParameter, match="evidence has no 'axes'; give what load_evidence"
-    ):
+    with pytest.raises(fs.InvalidParameter, match="evidence has no 'axes'; give what"):
         ledger.judge_claims(claims, {k: v for k, v in evidence.items() if k != "axes"})
     with pytest.raises(fs.InvalidParameter, match="loaded is 'hearsay'"):
         ledger.load_evidence({"hearsay": 1})

@@ -53,5 +53,6 @@ def plot_outcomes(counts, ax=None):
         begun = {kind: begun[kind] + one[outcome] for kind, one in counts.items()}
     ax.invert_yaxis()
     ax.set(xlabel="sentences")
+    ax.xaxis.get_major_locator().set_params(integer=True)
     ax.legend(loc="upper center", bbox_to_anchor=(0.45, -0.25), ncols=3, frameon=False)
     return ax

@@ -162,7 +162,7 @@ def reaching(found: dict[str, float]) -> Verdict:
 def seven_obstacles(tables: dict[str, Any]) -> Verdict:
     """Each table has seven."""
     counts = tables["obstacles"]
-    effect = f"{len(counts)} tables of {min(counts)} to {max(counts)}"
+    effect = f"obstacles in the {len(counts)} tables: {', '.join(map(str, counts))}"
     if set(counts) == {7}:
         return Verdict(Outcome.HOLDS, effect, "counted in Tables 1 to 5")
     return Verdict(Outcome.FAILS, effect, "a table has another number")
