@@ -107,6 +107,20 @@ def as_ro_crate(judged: Iterable[Judged]) -> dict[str, Any]:
     """
     judged = _checked(judged)
     files = sorted({file for one in judged for file in _files(one)} | {"data/claims.csv"})
+    crate = _collection_and_paper(judged, files)
+    crate += [{"@id": file, "@type": "File", "name": file.rpartition("/")[2]} for file in files]
+    crate += [
+        {"@id": _rating(outcome)["@id"], "@type": "Rating", "name": str(outcome)}
+        | {"ratingValue": len(Outcome) - place, "bestRating": len(Outcome), "worstRating": 1}
+        for place, outcome in enumerate(Outcome)
+    ]
+    for one in judged:
+        crate += _claim_and_review(one)
+    return {"@context": f"{RO_CRATE}/context", "@graph": crate}
+
+
+def _collection_and_paper(judged: list[Judged], files: list[str]) -> list[dict[str, Any]]:
+    """What the crate is, what it is about, and whose it is."""
     people = [{"@id": f"#{name.replace(' ', '-')}"} for name in PAPER["authors"]]
     crate: list[dict[str, Any]] = [
         {
@@ -140,16 +154,7 @@ def as_ro_crate(judged: Iterable[Judged]) -> dict[str, Any]:
         },
     ]
     names = zip(people, PAPER["authors"], strict=True)
-    crate += [one | {"@type": "Person", "name": name} for one, name in names]
-    crate += [{"@id": file, "@type": "File", "name": file.rpartition("/")[2]} for file in files]
-    crate += [
-        {"@id": _rating(outcome)["@id"], "@type": "Rating", "name": str(outcome)}
-        | {"ratingValue": len(Outcome) - place, "bestRating": len(Outcome), "worstRating": 1}
-        for place, outcome in enumerate(Outcome)
-    ]
-    for one in judged:
-        crate += _claim_and_review(one)
-    return {"@context": f"{RO_CRATE}/context", "@graph": crate}
+    return crate + [one | {"@type": "Person", "name": name} for one, name in names]
 
 
 def _rating(outcome: Outcome) -> dict[str, str]:
