@@ -22,6 +22,7 @@ from freeseg.studies import (
     comparing,
     courses,
     duels,
+    ledger,
     orders,
     planning,
     reacting,
@@ -825,6 +826,10 @@ CALLS = {
     "plot_fronts": (
         fs.plotting.plot_fronts,
         {"fronts": {"one": np.ones((2, 2))}, "ax": AX},
+    ),
+    "plot_outcomes": (
+        fs.plotting.plot_outcomes,
+        {"counts": ledger.count_outcomes([]), "ax": AX},
     ),
     "plot_intervals": (
         fs.plotting.plot_intervals,

@@ -30,6 +30,7 @@ from freeseg.plotting.horizons import (
     plot_turn,
     sketch_horizon,
 )
+from freeseg.plotting.ledger import plot_outcomes
 from freeseg.plotting.loops import plot_block_diagram, plot_bode, plot_gang_of_four, plot_nyquist
 from freeseg.plotting.minima import plot_free_space, plot_potential
 from freeseg.plotting.movers import (
@@ -139,6 +140,7 @@ __all__ = [
     "plot_on_axes",
     "plot_opening",
     "plot_order",
+    "plot_outcomes",
     "plot_path",
     "plot_plan",
     "plot_potential",

@@ -2,7 +2,8 @@
 
 `planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
 what each set of obstacle sizes would conclude; `courses`, `tracking`, `tuning` and `comparing`
-compare trackers, `reacting` reactive laws, `moving` methods among movers;
+compare trackers, `reacting` reactive laws, `moving` methods among movers; `stress` counts
+failures; `ledger` judges the paper's sentences by all of them;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
@@ -10,6 +11,8 @@ for `store`, with `load`, keeps the rows.
 from freeseg.studies import (
     comparing,
     courses,
+    ledger,
+    ledger_export,
     moving,
     orders,
     planning,
@@ -28,6 +31,8 @@ from freeseg.studies.store import load
 __all__ = [
     "comparing",
     "courses",
+    "ledger",
+    "ledger_export",
     "load",
     "moving",
     "orders",

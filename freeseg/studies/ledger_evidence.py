@@ -1,0 +1,489 @@
+"""Evidence of the ledger: what is stored or driven again, and the numbers that it comes to.
+
+Each source has two halves. `load` fetches rows, arrays or runs; `digest` reduces them to the
+few numbers that rules of `ledger_rules` judge by. A test changes what is loaded, and sees which
+verdicts change.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+
+from freeseg.data import DATA, read_csv
+from freeseg.disturbance import Disturbance
+from freeseg.errors import NoPath, Trapped
+from freeseg.paper import load_cases, load_table
+from freeseg.plan import StepKind
+from freeseg.planners import plan, shortest_path, widest_segment_plan
+from freeseg.reference import make_reference
+from freeseg.robot import KheperaIV
+from freeseg.segments import MARGIN, free_segments
+from freeseg.simulate import simulate
+from freeseg.studies import comparing, courses, orders, rivals, statistics, tracking, tuning
+from freeseg.studies.ledger_equations import check_equations
+from freeseg.studies.sizes import OPTIMAL, by_group
+from freeseg.trackers import SlidingMode
+
+#: The paper's law, as `comparing` calls it.
+OUR_LAW = "sliding mode"
+
+#: Ways in which the ten laws are judged here: told the same, as usual, from far, and with three
+#: times all that disturbs.
+USUAL = comparing.Cell("observed", "nominal")
+FAR = comparing.Cell("observed", "far starts")
+HARSH = comparing.Cell("observed", "disturbed", told=3.0)
+
+#: What has not settled by then counts as this (s).
+LONGEST_SETTLING = 8.0
+
+#: Starts beside the reference, ahead and to the left (m), from which a robot is to come back.
+NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 13
+
+#: A robot is back where its error is below this in the end (m).
+BACK = 0.01
+
+#: Ends of the time axes of Figs 18 and 19 as printed (s): the run of Fig. 15(a), and of 16(b).
+FIG_18_ENDS, FIG_19_ENDS = (120.0, 60.0), (15e4, 3e5)
+
+#: Axes of Figs 18 and 19: errors x_e, y_e and alpha_e, without a unit; wheels and tick step (m/s).
+ERROR_AXES = {"15a": (0.5, 0.5, 2.0), "16b": (0.5, 5.0, 5.0)}
+WHEEL_AXES = {"15a": (0.2, 0.05), "16b": (0.4, 0.1)}
+
+#: Units that the axes of x_e and y_e may have (m); alpha_e in rad.
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+
+
+class Source(NamedTuple):
+    """Where evidence comes from.
+
+    Attributes
+    ----------
+    load : callable
+        ``load()`` fetches it.
+    digest : callable
+        ``digest(loaded)`` is the dict of numbers that rules are given.
+    where : str
+        File of ``data/``, or what is computed.
+    """
+
+    load: Callable[[], Any]
+    digest: Callable[[Any], dict[str, Any]]
+    where: str
+
+
+def _csv(name: str, **columns: type) -> Callable[[], list[dict[str, Any]]]:
+    return lambda: read_csv(DATA / name, columns)
+
+
+def _tables(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    centers: dict[int, list[tuple[float, float]]] = {}
+    for row in rows:
+        centers.setdefault(row["table"], []).append((row["x_mm"], row["y_mm"]))
+    found = {table: np.array(points) for table, points in centers.items()}
+    gaps = {table: np.hypot(*np.diff(points, axis=0).T) for table, points in found.items()}
+    return {
+        "obstacles": [len(points) for points in found.values()],
+        # By so much can equal discs make Table 1's segments safe and Table 5's danger (mm).
+        "equal_discs_mm": float(gaps[1].min() - gaps[5].max()) / 2,
+    }
+
+
+def _cases(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    goals: dict[int, set[tuple[float, float]]] = {}
+    starts: dict[int, set[tuple[float, float]]] = {}
+    for row in rows:
+        goals.setdefault(row["figure"], set()).add((row["goal_x_mm"], row["goal_y_mm"]))
+        starts.setdefault(row["figure"], set()).add((row["start_x_mm"], row["start_y_mm"]))
+    return {
+        "cases": len(rows),
+        "goals": max(map(len, goals.values())),
+        "starts": min(map(len, starts.values())),
+    }
+
+
+def _measure_segments() -> dict[int, list[float]]:
+    return {k: [one.length for one in free_segments(load_table(k))] for k in range(1, 6)}
+
+
+def _segments(lengths: dict[int, list[float]]) -> dict[str, Any]:
+    diameter = KheperaIV().diameter
+    safe = {k: sum(one >= diameter + MARGIN for one in some) for k, some in lengths.items()}
+    every = [one for some in lengths.values() for one in some]
+    return {
+        "safe": safe,
+        "danger": {k: len(some) - safe[k] for k, some in lengths.items()},
+        "counts": sorted({len(some) for some in lengths.values()}),
+        "between": sum(diameter < one < diameter + MARGIN for one in every),
+        "measured": len(every),
+    }
+
+
+def _ends(values: Any) -> tuple[float, float, float]:
+    """Least, median and largest."""
+    return tuple(float(one) for one in np.quantile(np.asarray(values, float), (0, 0.5, 1)))  # type: ignore[return-value]
+
+
+def _sizes(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    keys = ("solved", "optimal", "greedy", "greedy_optimal", "worst_ratio", "literal", "possible")
+    found: dict[str, Any] = {key: _ends([row[key] for row in rows]) for key in keys}
+    found["sets"] = len(rows)
+    found["told"] = sum(row["as_told"] for row in rows)
+    found["greedy_share"] = _ends([row["greedy_optimal"] / max(row["greedy"], 1) for row in rows])
+    return found
+
+
+def _plan_cases() -> list[dict[str, Any]]:
+    """Each of the 16 cases planned, beside its optimum and the other reading of "safest"."""
+    rows = []
+    for name, case in load_cases().items():
+        query = load_table(case.table), case.start, case.goal
+        ours, best = plan(*query), shortest_path(*query)
+        try:
+            widest = widest_segment_plan(*query).path.length
+        except (NoPath, Trapped):
+            widest = np.inf
+        rows.append(
+            {
+                "name": name,
+                "clearance": ours.path.clearance(ours.world),
+                "length": ours.path.length,
+                "optimum": best.path.length,
+                "widest": widest,
+                "straight": float(np.hypot(*(np.asarray(case.goal) - case.start))),
+                "kinds": [str(step.kind) for step in ours.steps],
+                "group": by_group(ours),
+                "kept": ours.turning_radius,
+            }
+        )
+    return rows
+
+
+def _planned(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    radius = KheperaIV().radius
+    safe = [row["clearance"] >= radius for row in rows]
+    kinds = [row["kinds"] for row in rows]
+    far = [row for row in rows if row["name"] in ("16c", "16d")]
+
+    def solved_after(kind: StepKind) -> tuple[int, int]:
+        with_kind = [ok for ok, steps in zip(safe, kinds, strict=True) if str(kind) in steps]
+        return sum(with_kind), len(with_kind)
+
+    return {
+        "cases": len(rows),
+        "safe": sum(safe),
+        "clearance_mm": 1000 * min(row["clearance"] for row in rows),
+        "radius_mm": 1000 * radius,
+        "shortest": sum(row["length"] <= OPTIMAL * row["optimum"] for row in rows),
+        "case_1": solved_after(StepKind.CASE_1),
+        "case_2": solved_after(StepKind.CASE_2),
+        "dropped": sum(
+            bool({str(StepKind.NEEDLESS_TURN), str(StepKind.LOCAL_MINIMUM)} & set(steps))
+            for steps in kinds
+        ),
+        "repaired": sum(len(steps) > 2 for steps in kinds),
+        "group": [row["group"] for row in far],
+        "groups": sum(row["group"] for row in rows),
+        "passes_mm": [1000 * row["clearance"] for row in far],
+        "kept_mm": 1000 * max(row["kept"] for row in far),
+        "longer": [row["length"] / row["straight"] - 1 for row in far],
+        "reads_alike": sum(abs(row["widest"] / row["length"] - 1) < 1e-6 for row in rows),
+    }
+
+
+def _random_worlds(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    most = max(row["worlds"] for row in rows)
+    by_rule = {row["rule"]: row for row in rows if row["worlds"] == most}
+    words, ours = by_rule["literal"], by_rule["completed"]
+    blocked = words["solvable"] - words["straight"]
+    return {
+        "solvable": ours["solvable"],
+        "solved": ours["solved"],
+        "optimal": ours["optimal"],
+        "max_ratio": ours["max_ratio"],
+        "words": statistics.share(words["solved"] - words["straight"], blocked),
+    }
+
+
+def _orders(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    of_paper = next(row for row in orders.judge_orders(rows) if row["set"] == "paper")
+    turns = orders.turning_share(rows)
+    ratios = [
+        row["safety_distances"] / row["length_distances"]
+        for row in rows
+        if row["name"] and row["length_endpoints"]
+    ]
+    return of_paper | {"turns": tuple(turns.values()), "ratios": _ends(ratios)}
+
+
+def _load_orders() -> list[dict[str, Any]]:
+    columns = ("n", "seed", "escaped", *orders_columns("safety"), *orders_columns("length"))
+    rows = read_csv(DATA / "orders.csv", dict.fromkeys(columns, int) | {"share": float})
+    # A name is missing by design, which a column of text may not be: the paper's cases come first.
+    names = list(load_cases())
+    return [row | {"name": names[k] if k < len(names) else ""} for k, row in enumerate(rows)]
+
+
+def orders_columns(order: str) -> list[str]:
+    """Columns of ``data/orders.csv`` that count what an order of the search computes.
+
+    Parameters
+    ----------
+    order : str
+        ``"safety"`` or ``"length"``.
+    """
+    return [f"{order}_{one}" for one in ("segments", "endpoints", "retries", "distances")]
+
+
+def _load_rivals() -> list[dict[str, Any]]:
+    return rivals.summarise(rivals.load_rivals())
+
+
+def _rivals(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    found = {(row["set"], row["rival"]): row for row in rows}
+    sets = list(dict.fromkeys(row["set"] for row in rows))
+    ours = [found[kind, "paper, completed"] for kind in sets]
+    exact = [found[kind, "exact"] for kind in sets]
+    first = found["paper", "paper, length first"]
+    return {
+        "questions": sum(row["questions"] for row in ours),
+        "solved": sum(row["solved"] for row in ours),
+        "near": min(row["near"] for row in ours),
+        "max_ratio": max(row["max_ratio"] for row in ours),
+        "median_ms": max(row["median_ms"] for row in ours),
+        "slower": _ends(
+            [a["median_ms"] / b["median_ms"] for a, b in zip(ours, exact, strict=True)]
+        ),
+        "safety_first": found["paper", "paper, completed"]["median_ms"] / first["median_ms"],
+    }
+
+
+def _comparison(runs: Mapping[comparing.Cell, Mapping[str, Any]]) -> dict[str, Any]:
+    settling = {
+        law: np.minimum(t, LONGEST_SETTLING) for law, t in runs[FAR]["settling_time_s"].items()
+    }
+    values = {
+        "usual": runs[USUAL]["position_rms_m"],
+        "harsh": runs[HARSH]["position_rms_m"],
+        "far": runs[FAR]["position_rms_m"],
+        "settling": settling,
+    }
+    ours = runs[HARSH]["hit"][OUR_LAW]
+    found: dict[str, Any] = {
+        name: tuple(comparing.against(one, OUR_LAW).values()) for name, one in values.items()
+    }
+    found["rms_mm"] = {name: 1000 * float(one[OUR_LAW].mean()) for name, one in values.items()}
+    found["hits"] = statistics.share(int(ours.sum()), ours.size)
+    found["least_rms_mm"] = 1000 * min(float(one.mean()) for one in values["usual"].values())
+    found["settled"] = float((settling[OUR_LAW] < LONGEST_SETTLING).mean())
+    found["settles_in_s"] = float(settling[OUR_LAW].mean())
+    return found
+
+
+def _steps(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    times = {row["tracker"]: row["median_us"] for row in rows}
+    return {"fuzzy": times["Fuzzy"] / times["SlidingMode"], "fuzzy_us": times["Fuzzy"]}
+
+
+def _fits(rows: list[dict[str, Any]], case: str, unit: float) -> int:
+    """How many stored robots would give Figs 17 to 19 with errors in a unit (notebook A2)."""
+    errors, ends = ("x", "y", "turn"), ("x_end", "y_end", "turn_end")
+    limit = np.array(ERROR_AXES[case]) * (unit, unit, 1)
+    axis, tick = WHEEL_AXES[case]
+    count = 0
+    for row in rows:
+        if (row["setting"], row["case"]) != ("base", case):
+            continue
+        seen, last = (np.array([row[key] for key in keys]) for keys in (errors, ends))
+        count += bool(
+            ((seen <= limit) & (seen > 0.1 * limit) & (last <= 0.05 * limit)).all()
+            and axis - tick < row["fastest"] <= axis
+            and -axis <= row["slowest"] < tick - axis
+            and row["distance"] < 0.01
+            and row["change"] <= 20 * axis
+        )
+    return count
+
+
+def _figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "units": [
+            name
+            for name, unit in UNITS.items()
+            if all(_fits(rows, case, unit) for case in ERROR_AXES)
+        ]
+    }
+
+
+def _drive() -> dict[str, Any]:
+    """Errors in the end (m), from a start nearby and from many far off; the gap to obstacles."""
+    reach = np.linspace(-FAR_REACH, FAR_REACH, FAR_STEPS)
+    ahead, left = (grid.ravel() for grid in np.meshgrid(reach, reach))
+    found: dict[str, Any] = {}
+    for name in ERROR_AXES:
+        case = load_cases()[name]
+        ours = plan(load_table(case.table), case.start, case.goal)
+        reference = make_reference(ours, speed=0.1, smoothing=0.03)
+        near: Any = simulate(SlidingMode(), reference, initial_offset=(-NEAR_START, NEAR_START, 0))
+        track = shapely.LineString(near.pose[:2].T)
+        far: Any = simulate(SlidingMode(), reference, initial_offset=(ahead, left, 0 * ahead))
+        found[name] = {
+            "near_end": float(np.hypot(*near.error[:2, -1])),
+            "gap": float(np.min(ours.world.distances(track)) - KheperaIV().radius),
+            "far_ends": np.hypot(*far.error[:2, :, -1]),
+        }
+    return found
+
+
+def _driven(runs: dict[str, Any]) -> dict[str, Any]:
+    far = [run["far_ends"] for run in runs.values()]
+    return {
+        "near_mm": 1000 * max(run["near_end"] for run in runs.values()),
+        "gap_mm": 1000 * min(run["gap"] for run in runs.values()),
+        "far": [float((ends < BACK).mean()) for ends in far],
+        "starts": len(far[0]),
+    }
+
+
+def _add_noise() -> dict[str, np.ndarray]:
+    """RMS errors (m) of two laws, at the usual noise of the pose and at eight times it."""
+    some = courses.random_courses(2, comparing.JUDGED["seed"])
+    few, usual = courses.spread_offsets(8, seed=1), tracking.DISTURBANCE
+    names = ("position_noise", "heading_noise")
+    noisier = replace(usual, **{one: 8 * getattr(usual, one) for one in names})
+    found = {}
+    for name in ("SlidingMode", "Pid"):
+        law = tuning.load_gains()[name][0].tracker
+        runs = [tracking.evaluate(law, some, few, 1, how) for how in (usual, noisier)]
+        found[name] = np.stack([one["position_rms_m"].ravel() for one in runs])
+    return found
+
+
+def _noise(rms: dict[str, np.ndarray]) -> dict[str, Any]:
+    growth = {name: np.log(noisy / calm) for name, (calm, noisy) in rms.items()}
+    ends = {name: np.exp(np.quantile(one, (0.025, 0.5, 0.975))) for name, one in growth.items()}
+    return {
+        "growth": {name: tuple(map(float, one)) for name, one in ends.items()},
+        "noisy_mm": {name: 1000 * float(one[1].mean()) for name, one in rms.items()},
+    }
+
+
+def _switch() -> dict[tuple[str, float], float]:
+    """Roughness (m/s^2) of the law with each switching function, without a delay and with one."""
+    some, few = courses.random_courses(1, comparing.JUDGED["seed"]), courses.spread_offsets(4, 1)
+    law = tuning.load_gains()["SlidingMode"][0].tracker
+    # Rates near the best that notebook 08 finds for a law that switches.
+    laws = {"sat": law, "sign": replace(law, k1=0.01, k2=0.1, switching="sign")}
+    found = {}
+    for name, one in laws.items():
+        for delay in (0.0, tracking.DISTURBANCE.delay):
+            runs = tracking.evaluate(one, some, few, 1, Disturbance(delay=delay))
+            found[name, delay] = float(runs["roughness_m_s2"].mean())
+    return found
+
+
+def _chatter(rough: dict[tuple[str, float], float]) -> dict[str, Any]:
+    at_once, late = sorted({delay for _, delay in rough})
+    return {
+        "sat": rough["sat", at_once],
+        "sign": rough["sign", at_once],
+        "sign_late": rough["sign", late],
+        "delay_ms": 1000 * late,
+    }
+
+
+def _axes(ends: dict[str, tuple[float, float]]) -> dict[str, Any]:
+    ratios = [b / a for a, b in zip(ends["Fig. 18"], ends["Fig. 19"], strict=True)]
+    return {"ratios": ratios, "hours": [one / 3600 for one in ends["Fig. 19"]]}
+
+
+#: All evidence, by the name that ``data/claims.csv`` gives it.
+SOURCES: dict[str, Source] = {
+    "tables": Source(
+        _csv("tables.csv", table=int, obstacle=int, x_mm=float, y_mm=float), _tables, "tables.csv"
+    ),
+    "cases": Source(
+        _csv(
+            "cases.csv",
+            figure=int,
+            start_x_mm=float,
+            start_y_mm=float,
+            goal_x_mm=float,
+            goal_y_mm=float,
+        ),
+        _cases,
+        "cases.csv",
+    ),
+    "segments": Source(_measure_segments, _segments, "free_segments, Tables 1 to 5"),
+    "sizes": Source(
+        _csv(
+            "sizes.csv",
+            worst_ratio=float,
+            **dict.fromkeys(
+                (
+                    "solved",
+                    "greedy",
+                    "optimal",
+                    "greedy_optimal",
+                    "literal",
+                    "possible",
+                    "as_told",
+                ),
+                int,
+            ),
+        ),
+        _sizes,
+        "sizes.csv",
+    ),
+    "planned": Source(_plan_cases, _planned, "plan, 16 cases"),
+    "random_worlds": Source(
+        _csv(
+            "random_worlds.csv",
+            rule=str,
+            optimal=float,
+            max_ratio=float,
+            **dict.fromkeys(("worlds", "solvable", "straight", "solved"), int),
+        ),
+        _random_worlds,
+        "random_worlds.csv",
+    ),
+    "orders": Source(_load_orders, _orders, "orders.csv"),
+    "rivals": Source(_load_rivals, _rivals, "rivals.npz"),
+    "comparison": Source(comparing.load_comparison, _comparison, "comparison.npz"),
+    "tracker_steps": Source(
+        _csv("tracker_steps.csv", tracker=str, median_us=float), _steps, "tracker_steps.csv"
+    ),
+    "figures": Source(
+        _csv(
+            "figures.csv",
+            setting=str,
+            case=str,
+            **dict.fromkeys(
+                (
+                    "distance",
+                    "x",
+                    "y",
+                    "turn",
+                    "x_end",
+                    "y_end",
+                    "turn_end",
+                    "fastest",
+                    "slowest",
+                    "change",
+                ),
+                float,
+            ),
+        ),
+        _figures,
+        "figures.csv",
+    ),
+    "equations": Source(check_equations, dict, "equations (1) to (13), in random states"),
+    "driven": Source(_drive, _driven, "simulate, 15(a) and 16(b)"),
+    "noise": Source(_add_noise, _noise, "tracking.evaluate, eight times the noise"),
+    "chatter": Source(_switch, _chatter, "tracking.evaluate, sat and sign"),
+    "axes": Source(
+        lambda: {"Fig. 18": FIG_18_ENDS, "Fig. 19": FIG_19_ENDS}, _axes, "printed on Figs 18, 19"
+    ),
+}

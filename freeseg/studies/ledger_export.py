@@ -1,0 +1,186 @@
+"""The ledger for other programs: as a CODECHECK configuration and as an RO-Crate."""
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from freeseg import checks
+from freeseg.studies.ledger import Judged
+from freeseg.studies.ledger_evidence import SOURCES
+from freeseg.studies.ledger_rules import Outcome
+
+#: The paper, and those who checked it.
+PAPER = {
+    "title": "Robot Path Planning with Avoiding Obstacles in Known Environment Using Free Segments "
+    "and Turning Points Algorithm",
+    "authors": ("Imen Hassani", "Imen Maalej", "Chokri Rekik"),
+    "reference": "https://doi.org/10.1155/2018/2163278",
+}
+CHECKERS = "The freeseg authors"
+
+#: Year of this collection.
+PUBLISHED = "2026"
+
+#: Versions of the specifications that are followed.
+CODECHECK = "https://codecheck.org.uk/spec/config/2.0/"
+RO_CRATE = "https://w3id.org/ro/crate/1.2"
+
+#: Licences of the package and of the paper's words and numbers.
+MIT, CC_BY = "https://spdx.org/licenses/MIT", "https://creativecommons.org/licenses/by/4.0/"
+
+
+def _checked(judged: Iterable[Judged]) -> list[Judged]:
+    found: list[Judged] = checks.instances("judged", judged, Judged, "what judge_claims returns")
+    return found
+
+
+def _files(one: Judged) -> list[str]:
+    """The notebook that shows the evidence of a sentence, and the files that it is read from."""
+    stored = [SOURCES[name].where for name in one.claim.evidence]
+    data = [f"data/{where}" for where in stored if where.endswith((".csv", ".npz"))]
+    return [f"notebooks/{one.claim.notebook}.ipynb", *data]
+
+
+def _summary(judged: list[Judged]) -> str:
+    counts = Counter(one.verdict.outcome for one in judged)
+    said = "; ".join(f"{outcome}: {counts[outcome]}" for outcome in Outcome)
+    return (
+        f"{len(judged)} sentences of the paper, judged by computation. {said}. No certificate was "
+        "registered, so that there is no identifier and no report of one."
+    )
+
+
+def as_codecheck(judged: Iterable[Judged]) -> dict[str, Any]:
+    """The ledger as ``codecheck.yml``, specification 2.0.
+
+    Parameters
+    ----------
+    judged : iterable of Judged
+        From `ledger.judge_claims`.
+
+    Returns
+    -------
+    dict
+        Lists, dicts and texts only. What a certificate of the CODECHECK register would
+        add is not in it: ``certificate``, ``report``, and ORCIDs.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no judged sentences.
+    """
+    judged = _checked(judged)
+    shown: dict[str, list[str]] = {}
+    for one in judged:
+        for file in _files(one):
+            shown.setdefault(file, []).append(f"{one.claim.id} {one.verdict.outcome}")
+    return {
+        "version": CODECHECK,
+        "paper": {
+            "title": PAPER["title"],
+            "authors": [{"name": name} for name in PAPER["authors"]],
+            "reference": PAPER["reference"],
+        },
+        "codechecker": [{"name": CHECKERS}],
+        "summary": _summary(judged),
+        "manifest": [{"file": file, "comment": "; ".join(shown[file])} for file in sorted(shown)],
+    }
+
+
+def as_ro_crate(judged: Iterable[Judged]) -> dict[str, Any]:
+    """The ledger as ``ro-crate-metadata.json``, RO-Crate 1.2.
+
+    Parameters
+    ----------
+    judged : iterable of Judged
+        From `ledger.judge_claims`.
+
+    Returns
+    -------
+    dict
+        Each sentence is a ``Claim`` of schema.org, each verdict a ``ClaimReview``.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no judged sentences.
+    """
+    judged = _checked(judged)
+    files = sorted({file for one in judged for file in _files(one)} | {"data/claims.csv"})
+    crate = _collection_and_paper(judged, files)
+    crate += [{"@id": file, "@type": "File", "name": file.rpartition("/")[2]} for file in files]
+    crate += [
+        {"@id": _rating(outcome)["@id"], "@type": "Rating", "name": str(outcome)}
+        | {"ratingValue": len(Outcome) - place, "bestRating": len(Outcome), "worstRating": 1}
+        for place, outcome in enumerate(Outcome)
+    ]
+    for one in judged:
+        crate += _claim_and_review(one)
+    return {"@context": f"{RO_CRATE}/context", "@graph": crate}
+
+
+def _collection_and_paper(judged: list[Judged], files: list[str]) -> list[dict[str, Any]]:
+    """What the crate is, what it is about, and whose it is."""
+    people = [{"@id": f"#{name.replace(' ', '-')}"} for name in PAPER["authors"]]
+    crate: list[dict[str, Any]] = [
+        {
+            "@id": "ro-crate-metadata.json",
+            "@type": "CreativeWork",
+            "conformsTo": {"@id": RO_CRATE},
+            "about": {"@id": "./"},
+        },
+        {
+            "@id": "./",
+            "@type": "Dataset",
+            "name": "freeseg",
+            "description": _summary(judged),
+            "datePublished": PUBLISHED,
+            "license": {"@id": MIT},
+            "author": {"@id": "#freeseg"},
+            "about": {"@id": PAPER["reference"]},
+            "hasPart": [{"@id": file} for file in files],
+            "mentions": [{"@id": f"#{one.claim.id}-verdict"} for one in judged],
+        },
+        {"@id": MIT, "@type": "CreativeWork", "name": "MIT License"},
+        {"@id": CC_BY, "@type": "CreativeWork", "name": "Creative Commons Attribution 4.0"},
+        {"@id": "#freeseg", "@type": "Organization", "name": CHECKERS},
+        {
+            "@id": PAPER["reference"],
+            "@type": "ScholarlyArticle",
+            "name": PAPER["title"],
+            "author": people,
+            "license": {"@id": CC_BY},
+            "datePublished": "2018-06-11",
+        },
+    ]
+    names = zip(people, PAPER["authors"], strict=True)
+    return crate + [one | {"@type": "Person", "name": name} for one, name in names]
+
+
+def _rating(outcome: Outcome) -> dict[str, str]:
+    return {"@id": f"#{outcome.replace(' ', '-')}"}
+
+
+def _claim_and_review(one: Judged) -> list[dict[str, Any]]:
+    claim, verdict = one
+    return [
+        {
+            "@id": f"#{claim.id}",
+            "@type": "Claim",
+            "name": f"{claim.id}, {claim.place}",
+            "text": claim.quotation,
+            "additionalType": claim.kind,
+            "appearance": {"@id": PAPER["reference"]},
+        },
+        {
+            "@id": f"#{claim.id}-verdict",
+            "@type": "ClaimReview",
+            "name": f"{claim.id}: {verdict.outcome}",
+            "itemReviewed": {"@id": f"#{claim.id}"},
+            "claimReviewed": claim.quotation,
+            "reviewBody": f"{verdict.effect}. {verdict.reason}",
+            "reviewRating": _rating(verdict.outcome),
+            "author": {"@id": "#freeseg"},
+            "isBasedOn": [{"@id": file} for file in _files(one)],
+        },
+    ]
