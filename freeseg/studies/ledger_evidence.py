@@ -37,7 +37,7 @@ FAR = comparing.Cell("observed", "far starts")
 HARSH = comparing.Cell("observed", "disturbed", told=3.0)
 
 #: What has not settled by then counts as this (s).
-LONGEST_SETTLING = 8.0
+LATEST = 8.0
 
 #: Starts beside the reference, ahead and to the left (m), from which a robot is to come back.
 NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 13
@@ -261,9 +261,7 @@ def _rivals(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _comparison(runs: Mapping[comparing.Cell, Mapping[str, Any]]) -> dict[str, Any]:
-    settling = {
-        law: np.minimum(t, LONGEST_SETTLING) for law, t in runs[FAR]["settling_time_s"].items()
-    }
+    settling = {law: np.minimum(t, LATEST) for law, t in runs[FAR]["settling_time_s"].items()}
     values = {
         "usual": runs[USUAL]["position_rms_m"],
         "harsh": runs[HARSH]["position_rms_m"],
@@ -277,7 +275,7 @@ def _comparison(runs: Mapping[comparing.Cell, Mapping[str, Any]]) -> dict[str, A
     found["rms_mm"] = {name: 1000 * float(one[OUR_LAW].mean()) for name, one in values.items()}
     found["hits"] = statistics.share(int(ours.sum()), ours.size)
     found["least_rms_mm"] = 1000 * min(float(one.mean()) for one in values["usual"].values())
-    found["settled"] = float((settling[OUR_LAW] < LONGEST_SETTLING).mean())
+    found["settled"] = float((settling[OUR_LAW] < LATEST).mean())
     found["settles_in_s"] = float(settling[OUR_LAW].mean())
     return found
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from freeseg.robot import KheperaIV
 from freeseg.studies.comparing import NO_DIFFERENCE
-from freeseg.studies.ledger_evidence import LONGEST_SETTLING
+from freeseg.studies.ledger_evidence import LATEST
 from freeseg.studies.statistics import verdict
 
 #: An equation is reproduced where the deviation is below this, in SI units.
@@ -501,7 +501,7 @@ def robust(comparison: dict[str, Any]) -> Verdict:
 def stable(comparison: dict[str, Any]) -> Verdict:
     """Starts 50 mm and 60 degrees off."""
     settled = comparison["settled"]
-    effect = f"{100 * settled:.1f} % of starts up to 50 mm and 60° off settle within {LONGEST_SETTLING:.0f} s"
+    effect = f"{100 * settled:.1f} % of starts up to 50 mm and 60° off settle within {LATEST:.0f} s"
     if settled == 1:
         reason = "assumes starts nearby and tuned gains; from farther off see “tend to zero”"
         return Verdict(Outcome.ASSUMED, effect, reason)

@@ -71,7 +71,7 @@ SPLIT = (
     ("Mpc", 1),
 )
 FEWER: dict[str, Any] = {
-    "populations": 5, "particles": 60, "killed": 20, "moves": 2, "least": 1e-3
+    "populations": 5, "particles": 60, "killed": 20, "moves": 2, "least": 3e-4
 }  # fmt: skip
 
 #: Robots that drive at once, for the memory of their numbers.
