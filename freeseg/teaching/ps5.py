@@ -22,7 +22,7 @@ MANY_STUDIES, WRONG_OF_MANY = 1000, 0.08
 GROUPS = ((4, 2), (4, 2), (4, 2), (6,))
 #: Comparisons run by run: how many, how many may be wrong, chance included, and after how many
 #: runs a verdict is asked for: a verdict that is wrong by then is wrong if asked for more often.
-SERIES, WRONG_SERIES = 100, 12
+SERIES, WRONG_SERIES = 60, 8
 LOOKS = np.unique([*range(2, 21), *np.geomspace(20, 5000, 20).astype(int)])
 #: Means that have to be found, and within how many runs.
 FOUND_WITHIN = {0.8: 40, 0.4: 100, 0.1: 5000}
@@ -104,6 +104,19 @@ def _series(rng: np.random.Generator, mean: float, runs: int) -> np.ndarray:
     return np.clip(mean + rng.normal(0, 0.3, runs), -1, 1)
 
 
+def _equal(rng: np.random.Generator, number: int) -> np.ndarray:
+    """Differences of trackers that are equally good, for as long as anybody looks.
+
+    Every other series has rare large losses of one tracker, which make up for many small gains:
+    what trusts in a normal distribution, at any level, is sure of the gains too early.
+    """
+    if number % 2:
+        return _series(rng, 0.0, LOOKS[-1])
+    loses = rng.random(LOOKS[-1]) < 0.05
+    differences = np.where(loses, -0.95, 0.05) + rng.normal(0, 0.005, LOOKS[-1])
+    return rng.choice([-1, 1]) * differences
+
+
 def _verdict(ask: Ask, differences: np.ndarray, looks: Any) -> str:
     """What is said first of a series, after some numbers of runs."""
     for runs in looks:
@@ -130,11 +143,12 @@ def stop(ask: Ask, rng: np.random.Generator) -> None:
             f"of {len(found)} series with a mean of {mean} and bounds of -1 and 1, you decided "
             f"{right} within {within} runs: you may be more daring, and have to go on looking"
         )
-    wrong = sum(_verdict(ask, _series(rng, 0.0, LOOKS[-1]), LOOKS) != "go on" for _ in range(SERIES))
+    wrong = sum(_verdict(ask, _equal(rng, k), LOOKS) != "go on" for k in range(SERIES))
     assert wrong <= WRONG_SERIES, (
         f"of {SERIES} series of {LOOKS[-1]} runs without any difference, you called {wrong} one; "
         "5 % are allowed. An interval that is right after a number of runs that was set before is "
-        "wrong sooner or later if you look after every run"
+        "wrong sooner or later if you look after every run; and all that is known of a difference "
+        "are its bounds"
     )
 
 
@@ -161,8 +175,9 @@ def many(ask: Ask, rng: np.random.Generator) -> None:
         wrong += bool((mine.astype(bool) & ~real).any())
         missed += int((_holm(values) & ~mine.astype(bool)).sum())
     assert wrong / MANY_STUDIES <= WRONG_OF_MANY, (
-        f"in {100 * wrong / MANY_STUDIES:.0f} % of {MANY_STUDIES} studies you call at least one difference "
-        "real that is none; 5 % are allowed, of all comparisons of a study together"
+        f"in {100 * wrong / MANY_STUDIES:.0f} % of {MANY_STUDIES} studies you call at "
+        "least one difference real that is none; 5 % are allowed, of all comparisons of a study "
+        "together"
     )
     assert missed == 0, (
         f"you miss {missed} differences that may be called real at no higher risk: when the "
