@@ -71,8 +71,8 @@ def pen(ask: Ask, rng: np.random.Generator) -> None:
             assert np.hypot(*(mine - here)) > 1e-6, name
         raise AssertionError(
             f"{_called(number, 'on an arc')}, after {dt:.2f} s, your pen is {1000 * off:.1f} mm "
-            "from where it should be: each wheel has its own radius, the axle's middle drives an exact arc, and the pen "
-            "sits ahead of it along the new heading"
+            "from where it should be: each wheel has its own radius, the axle's middle drives an "
+            "exact arc, and the pen sits ahead of it along the new heading"
         )
 
 

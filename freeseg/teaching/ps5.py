@@ -76,8 +76,9 @@ def needed(ask: Ask, rng: np.random.Generator) -> None:
     """How many runs it takes to find a difference."""
     for number in range(18):
         spread, power = rng.uniform(0.5, 2), rng.choice([0.5, 0.8, 0.9])
-        # Every third study needs hardly any runs, where factors of few runs are largest.
-        difference = spread * (rng.uniform(0.25, 0.9) if number % 3 else rng.uniform(2, 6))
+        # Every third study needs so few runs that no correction of a normal is enough.
+        few = rng.choice([2.0, 3.0]) * rng.uniform(1, 1.03)
+        difference = spread * (rng.uniform(0.25, 0.9) if number % 3 else few)
         enough = next(n for n in range(2, 10**4) if _power(n, spread, difference) >= power)
         mine = float(
             numbers(
