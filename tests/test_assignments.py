@@ -23,7 +23,7 @@ import pytest
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
-from freeseg.teaching import ps2, ps3, ps4
+from freeseg.teaching import ps1, ps2, ps3, ps4
 from freeseg.teaching.check import PROBLEM_SETS, Here, Late, Law, find_test
 from freeseg.teaching.check import judge as judge_test
 from freeseg.teaching.own_work import REFUSED, without
@@ -32,6 +32,8 @@ FOLDER = NOTEBOOKS / "assignments"
 NAMES = {file.stem[:3]: file.stem for file in sorted(FOLDER.glob("ps*/*.ipynb"))}
 #: From which the tests' seeds are made here; a lecturer's is drawn at random.
 SECRET = "tests"
+#: Cases of the contest, of which tests drive fewer.
+CASES = ps4.CASES_OF_DRAW
 #: Tests that take a second or more: with every change of a set, only those run that it is about.
 LONG = {"planner", "law", "tuned", "contract", "arrives", "contest", "stop", "needed"}
 
@@ -518,6 +520,24 @@ def test_the_contest_does_not_pay_all_for_the_package_s_own_law():
     assert (cases[0].offset != cases[1].offset).all()
 
 
+def test_every_draw_has_a_drive_without_any_turn():
+    for seed in range(20):
+        (rates, radii, *_), nearly = ps1._drives(np.random.default_rng(seed), 2)
+        assert np.subtract(*rates * radii) == 0
+        assert rates[0] != rates[1]
+        assert abs(np.subtract(*nearly[0] * nearly[1])) < 1e-15
+
+
+def test_one_gain_alone_does_not_earn_all(solved):
+    answers = solved("ps3")
+    answers.run("best = tuned\ndef tuned():\n    return given | {'k2': 0.65}")
+    try:
+        ((share, _),) = shares("ps3", answers, ["tuned"]).values()
+    finally:
+        answers.run("tuned = best")
+    assert 0 < share < 0.85
+
+
 def test_nearness_costs(monkeypatch):
     case = ps4.cases(7, 2)[0]
     path = fs.shortest_path(case.world, case.start, case.goal, margin=0.008).path
@@ -645,6 +665,8 @@ def test_prose_names_the_constants_it_means():
     assert f"$c={ps4.PAYS_FROM:g}\\,b$" in contest
     assert f"$c=o$ a third of 12 points, at $c={ps4.PAYS_ALL:g}\\,o$ all" in contest
     assert ps4.OBSERVED_PAYS == 1 / 3
+    assert (CASES, CASES * judge.SEEDS) == (4, 8)
+    assert "four cases in your\nnotebook, and eight others when it is graded" in contest
     assert f"begins up to {1000 * ps4.OFFSET[0]:g} mm beside its reference" in contest
     assert f"turned by up to {np.degrees(ps4.OFFSET[1]):.0f}°" in contest
     names = {}

@@ -44,7 +44,7 @@ SECOND, WORK, TOUCH_COSTS = 0.75, 20.0, 1000.0
 NEAR, NEARNESS = 0.01, 0.1
 #: The part of the best baseline's cost from which points are paid; the share of them that the
 #: observed one gets; and the part of its cost for all of them.
-PAYS_FROM, OBSERVED_PAYS, PAYS_ALL = 0.9, 1 / 3, 0.55
+PAYS_FROM, OBSERVED_PAYS, PAYS_ALL = 0.9, 1 / 3, 0.6
 #: Cases of a draw, every second one on a rough day, and of the test of arrival; in each case,
 #: another path with a narrow margin is so much shorter (m).
 CASES_OF_DRAW, CASES_OF_ARRIVAL, NARROW, SAVED = 4, 2, 0.02, (0.05, 0.1)
