@@ -23,7 +23,7 @@ import pytest
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
-from freeseg.teaching import ps1, ps2, ps3, ps4
+from freeseg.teaching import ps1, ps2, ps3, ps4, ps5
 from freeseg.teaching.check import PROBLEM_SETS, Here, Late, Law, find_test
 from freeseg.teaching.check import judge as judge_test
 from freeseg.teaching.own_work import REFUSED, without
@@ -85,6 +85,7 @@ def patient(monkeypatch):
     monkeypatch.setattr(Here, "patience", 100.0)
     monkeypatch.setattr(ps4, "CASES_OF_DRAW", 2)
     monkeypatch.setattr(ps4, "CASES_OF_ARRIVAL", 1)
+    monkeypatch.setattr(ps5, "MANY_STUDIES", 250)
 
 
 @pytest.fixture(scope="module")
