@@ -23,7 +23,7 @@ import pytest
 from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
-from freeseg.teaching import ps2, ps3, ps4
+from freeseg.teaching import ps1, ps2, ps3, ps4, ps5
 from freeseg.teaching.check import PROBLEM_SETS, Here, Late, Law, find_test
 from freeseg.teaching.check import judge as judge_test
 from freeseg.teaching.own_work import REFUSED, without
@@ -32,6 +32,8 @@ FOLDER = NOTEBOOKS / "assignments"
 NAMES = {file.stem[:3]: file.stem for file in sorted(FOLDER.glob("ps*/*.ipynb"))}
 #: From which the tests' seeds are made here; a lecturer's is drawn at random.
 SECRET = "tests"
+#: Cases of the contest, of which tests drive fewer.
+CASES = ps4.CASES_OF_DRAW
 #: Tests that take a second or more: with every change of a set, only those run that it is about.
 LONG = {"planner", "law", "tuned", "contract", "arrives", "contest", "stop", "needed"}
 
@@ -81,7 +83,9 @@ def patient(monkeypatch):
     monkeypatch.setattr(judge.Answers, "patience", 100.0)
     monkeypatch.setattr(judge, "PATIENCE", 100.0)
     monkeypatch.setattr(Here, "patience", 100.0)
-    monkeypatch.setattr(ps4, "CASES_OF_DRAW", 1)
+    monkeypatch.setattr(ps4, "CASES_OF_DRAW", 2)
+    monkeypatch.setattr(ps4, "CASES_OF_ARRIVAL", 1)
+    monkeypatch.setattr(ps5, "MANY_STUDIES", 250)
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +137,7 @@ MISTAKES = {
     "one radius for both": ("ps1", "np.multiply(rates, radii)", "np.multiply(rates, radii[0])", {"pen"}),
     "the middle, not the pen": ("ps1", "x + ahead * np.cos(theta)", "x + 0 * np.cos(theta)", {"pen"}),
     "the chord for the arc": ("ps1", " / np.sinc(theta / 2 / np.pi)", "", {"radii"}),
+    "no case for straight on": ("ps1", " / np.sinc(theta / 2 / np.pi)", " * (theta / 2) / np.sin(theta / 2)", {"radii"}),
     "radii in mm": ("ps1", "radii = (mean + half)", "radii = 1000 * (mean + half)", {"radii"}),
     "degrees for radians": ("ps1", "np.radians(sweep_deg)", "sweep_deg", {"turn"}),
     "heading against the turn": ("ps1", "np.sign(sweep_deg) * np.pi", "np.pi", {"turn"}),
@@ -146,6 +151,7 @@ MISTAKES = {
     "turn on the wrong side": ("ps2", "np.sign(x * v - y * u)", "-np.sign(x * v - y * u)", {"turning"}),
     "a planner of the package": ("ps2", "    number = itertools.count()", "    fs.plan(world, start, goal)\n    number = itertools.count()", {"planner"}),
     "no such wrong turn": ("ps2", "(3, 1), \"fs.plan\"", "(4, 1), \"fs.plan\"", {"break_it"}),
+    "a right turn that the shortest path need not touch": ("ps2", "(0.18, 0.28), (0.65, 0.23), (3, 1), \"fs.plan\"", "(0.0, 0.0), (1.1, 1.1), (1, 1), \"fs.plan\"\n    discs = [(0.467, 0.516, 0.054), (0.679, 0.71, 0.06), (0.202, 0.269, 0.086)]", {"break_it"}),
     "seven discs": ("ps2", "(0.14, 0.61, 0.04)]", "(0.14, 0.61, 0.04), (2, 2, 0.1)]", {"break_it"}),
     "the paper's surface": ("ps3", "flat = A / (c * np.cosh(v_r * y_e / c) ** 2)", "flat = A / (c * (1 + (v_r * y_e / c) ** 2))", {"controls"}),
     "rate of the speed forgotten": ("ps3", "+ flat * y_e * v_dot", "", {"controls"}),
@@ -154,13 +160,17 @@ MISTAKES = {
     "how far squared": ("ps3", "ahead = c / (A * v_top)", "ahead = c / (A * v_top**2)", {"nearest"}),
     "no floor": ("ps3", 'np.maximum(1 + flat * ahead.v * x_e, gains["floor"])', "(1 + flat * ahead.v * x_e)", {"law"}),
     "a gain missing": ("ps3", 'gains |= {"k2": 1.5', 'gains.pop("A")\n    gains |= {"k2": 1.5', {"tuned"}),
-    "memory that outlives a run": ("ps4", "share, learning, late, lag = 0.3", "globals()['runs'] = runs = globals().get('runs', 0) + 1\n    share, learning, late, lag = 0.1 + 0.1 * (runs % 2)", {"contract"}),
-    "wrong sign of the damping": ("ps4", "+ 55.0 * np.sin(alpha_e)", "- 55.0 * np.sin(alpha_e)", {"arrives", "contest"}),
-    "no numbers": ("ps4", "+ 6.0 * x_e", "+ np.nan * x_e", {"contract", "arrives", "contest"}),
+    "memory that outlives a run": ("ps4", "for day in (usual, rough)]", "for day in (usual, rough)]\n    globals()['runs'] = runs = globals().get('runs', 0) + 1\n    days = days[runs % 2 :][:1]", {"contract"}),
+    "wrong sign of the damping": ("ps4", "+ 6.0 * np.sin(alpha_e)", "- 6.0 * np.sin(alpha_e)", {"arrives", "contest"}),
+    "no numbers": ("ps4", "+ 4.0 * x_e", "+ np.nan * x_e", {"contract", "arrives", "contest"}),
     "courses not paired": ("ps5", "spread = differences.std(ddof=1)", "spread = first.std(ddof=1)", {"compare"}),
     "a normal for few runs": ("ps5", "half = stats.t.ppf(0.975, len(differences) - 1)", "half = 1.7 + 0 * len(differences)", {"compare"}),
     "power forgotten": ("ps5", ">= power:", ">= 0.5:", {"needed"}),
     "looking costs nothing": ("ps5", "found = statistics.sequential(differences, bounds=(-1, 1)).verdict", "low, high = interval_of(differences, 0 * differences)\n    found = 'larger' if low > 0 else 'smaller' if high < 0 else ''", {"stop"}),
+    "two runs more than of a normal": ("ps5", "    runs = 2\n", "    normal = 1.96 + stats.norm.ppf(power)\n    return int(np.ceil((normal * spread / difference) ** 2)) + 2\n", {"needed"}),
+    "0.1 % after every run": ("ps5", "found = statistics.sequential(differences, bounds=(-1, 1)).verdict", "test = stats.ttest_1samp(differences, 0)\n    found = '' if test.pvalue > 0.001 else 'larger' if test.statistic > 0 else 'smaller'", {"stop"}),
+    "one look": ("ps5", "found = statistics.sequential(differences, bounds=(-1, 1)).verdict", "test = stats.ttest_1samp(differences[:30], 0)\n    found = '' if test.pvalue > 0.05 or len(differences) < 30 else 'larger' if test.statistic > 0 else 'smaller'", {"stop"}),
+    "a share of false ones": ("ps5", "    order = np.argsort(p_values)\n", "    return stats.false_discovery_control(p_values) <= 0.05\n    order = np.argsort(p_values)\n", {"many"}),
     "many at 5 % each": ("ps5", "0.05 / (len(order) - rank)", "0.05", {"many"}),
     "timid": ("ps5", "0.05 / (len(order) - rank)", "0.05 / len(order)", {"many"}),
 }  # fmt: skip
@@ -308,6 +318,30 @@ OTHERWISE = {
             low, high = np.percentile((draws.mean(1) - d.mean())[keep] / error[keep], [2.5, 97.5])
             scale = d.std(ddof=1) / len(d) ** 0.5
             return d.mean() - high * scale, d.mean() - low * scale
+        """),
+    "betting": ("ps5", "stop", """
+        def verdict_so_far(differences):
+            shares = np.linspace(0.05, 0.95, 19)[:, None]
+            for sign, name in ((1, "larger"), (-1, "smaller")):
+                won = np.log1p(sign * shares * differences).sum(1)
+                if np.logaddexp.reduce(won) - np.log(19) >= np.log(40):
+                    return name
+            return "go on"
+        """),
+    "Shaffer's steps": ("ps5", "many", """
+        def which_hold(p_values):
+            hold = np.zeros(15, bool)
+            steps = [15, 10, 10, 10, 10, 10, 7, 7, 7, 6, 4, 4, 3, 2, 1]
+            for k, most in zip(np.argsort(p_values), steps):
+                if p_values[k] > 0.05 / most:
+                    break
+                hold[k] = True
+            return hold
+        """),
+    "the wrong turn of another world": ("ps2", "break_it", """
+        def hard_case():
+            discs = [(0.467, 0.516, 0.054), (0.679, 0.71, 0.06), (0.202, 0.269, 0.086)]
+            return discs, (0, 0), (1.1, 1.1), (3, -1), "fs.plan"
         """),
     "a law in a class": ("ps3", "law", """
         class Law:
@@ -473,6 +507,47 @@ def poses():
     assert np.abs(np.diff(seen[10:60, 2])).max() > np.radians(0.2)
 
 
+def test_the_contest_does_not_pay_all_for_the_package_s_own_law():
+    known, cases = ps4.baselines(7), ps4.cases(7, 2)
+    ready = fs.Predicting(fs.SlidingMode(preview=0.2), 0.05, 0.03, 2.3)
+    share = ps4.share_of(np.mean([ps4._cost(ready, one, one.given) for one in cases]), known)
+    assert 0 < share < 0.5
+    best = min(known[name] for name in ps4.BASELINES)
+    paid = [ps4.share_of(cost, known) for cost in (best, known["observed"], 0.0)]
+    assert paid == [0, pytest.approx(1 / 3), 1]
+    # Other days, other noise and other starts in every case.
+    assert cases[0].day != cases[1].day
+    assert cases[0].seed != cases[1].seed
+    assert (cases[0].offset != cases[1].offset).all()
+
+
+def test_every_draw_has_a_drive_without_any_turn():
+    for seed in range(20):
+        (rates, radii, *_), nearly = ps1._drives(np.random.default_rng(seed), 2)
+        assert np.subtract(*rates * radii) == 0
+        assert rates[0] != rates[1]
+        assert abs(np.subtract(*nearly[0] * nearly[1])) < 1e-15
+
+
+def test_one_gain_alone_does_not_earn_all(solved):
+    answers = solved("ps3")
+    answers.run("best = tuned\ndef tuned():\n    return given | {'k2': 0.65}")
+    try:
+        ((share, _),) = shares("ps3", answers, ["tuned"]).values()
+    finally:
+        answers.run("tuned = best")
+    assert 0 < share < 0.85
+
+
+def test_nearness_costs(monkeypatch):
+    case = ps4.cases(7, 2)[0]
+    path = fs.shortest_path(case.world, case.start, case.goal, margin=0.008).path
+    reference = ps4._along(path, case.world)
+    with_it = ps4._cost(fs.Pid(), case, reference)
+    monkeypatch.setattr(ps4, "NEARNESS", 0.0)
+    assert 0.2 < with_it - ps4._cost(fs.Pid(), case, reference) < 1000 * ps4.NEAR * 0.1
+
+
 def test_time_counts_for_the_student_alone(monkeypatch):
     monkeypatch.setattr(judge.Answers, "patience", 3.0)
     monkeypatch.setattr(judge, "PATIENCE", 3.0)
@@ -587,7 +662,17 @@ def test_prose_names_the_constants_it_means():
     contest = read("ps4").cells[3].source
     assert f"{ps4.SECOND:g}\\,(T-T_0)" in contest
     assert f"{ps4.WORK:g}\\,\\frac" in contest
-    assert f"\\frac{{{ps4.PAYS_FROM:g}-r}}{{{ps4.PAYS_FROM:g}-{ps4.PAYS_ALL:g}}}" in contest
+    assert f"{ps4.NEARNESS:g}\\,\\max(0,{1000 * ps4.NEAR:g}-g)" in contest
+    assert f"$c={ps4.PAYS_FROM:g}\\,b$" in contest
+    assert f"$c=o$ a third of 12 points, at $c={ps4.PAYS_ALL:g}\\,o$ all" in contest
+    assert ps4.OBSERVED_PAYS == 1 / 3
+    assert (CASES, CASES * judge.SEEDS) == (4, 8)
+    assert "four cases in your\nnotebook, and eight others when it is graded" in contest
+    assert f"begins up to {1000 * ps4.OFFSET[0]:g} mm beside its reference" in contest
+    assert f"turned by up to {np.degrees(ps4.OFFSET[1]):.0f}°" in contest
+    names = {}
+    exec(read("ps4").cells[1].source, names)
+    assert (names["usual"], names["rough"]) == (ps4.tracking.DISTURBANCE, ps4.ROUGH)
     assert f"within {1000 * ps4.AT_GOAL:g} mm" in contest
     assert f"{1000 * ps4.ASTRAY:g} mm from the path" in contest
     tuning = "".join(cell.source for cell in read("ps3").cells)

@@ -14,16 +14,27 @@ __all__ = ["gap", "largest", "pen", "radii", "turn"]
 
 
 def _drives(rng: np.random.Generator, count: int) -> list[tuple[Any, Any, float, float]]:
-    """Rates (rad/s), radii (m), wheel base (m) and time (s) of some drives below half a turn."""
+    """Rates (rad/s), radii (m), wheel base (m) and time (s) of some drives below half a turn.
+
+    The first drives straight on, to the last bit; the second but for round-off.
+    """
     drives: list[tuple[Any, Any, float, float]] = []
     while len(drives) < count:
         rates, sizes = rng.uniform(2, 9, 2), rng.uniform(0.018, 0.024, 2)
         base, dt = rng.uniform(0.08, 0.15), rng.uniform(0.3, 1.5)
-        if not drives:  # straight on
-            rates = rates[0] * sizes[0] / sizes
+        if not drives:  # products of small whole numbers and powers of two, which are exact
+            rates = np.array([6.0, 5.0]) * rng.integers(26, 96) / 64
+            sizes = np.array([20.0, 24.0]) / 1024
+        elif len(drives) == 1:
+            rates = rates[0] * sizes[0] / sizes * [1.0, 1 + 1e-15]
         if abs(rates @ (sizes * [1, -1])) / base * dt < 3:
             drives.append((rates, sizes, base, dt))
     return drives
+
+
+def _called(number: int, turning: str) -> str:
+    """What to call a drive of `_drives`, by its number."""
+    return ("straight on", "all but straight on")[number] if number < 2 else turning
 
 
 def _moved(pose: np.ndarray, rates: np.ndarray, sizes: np.ndarray, base: float, dt: float):
@@ -58,11 +69,10 @@ def pen(ask: Ask, rng: np.random.Generator) -> None:
             if len(place) == 3:
                 here = here + ahead * np.array([np.cos(place[2]), np.sin(place[2])])
             assert np.hypot(*(mine - here)) > 1e-6, name
-        where = "straight on" if number == 0 else "on an arc"
         raise AssertionError(
-            f"{where}, after {dt:.2f} s, your pen is {1000 * off:.1f} mm from where it should be: "
-            "each wheel has its own radius, the axle's middle drives an exact arc, and the pen "
-            "sits ahead of it along the new heading"
+            f"{_called(number, 'on an arc')}, after {dt:.2f} s, your pen is {1000 * off:.1f} mm "
+            "from where it should be: each wheel has its own radius, the axle's middle drives an "
+            "exact arc, and the pen sits ahead of it along the new heading"
         )
 
 
@@ -70,16 +80,16 @@ def radii(ask: Ask, rng: np.random.Generator) -> None:
     """Radii of the wheels, from where a drive ended."""
     for number, (rates, sizes, base, dt) in enumerate(_drives(rng, 20)):
         moved = _moved(np.zeros(3), rates, sizes, base, dt)
+        drove = _called(number, f"with a turn of {np.degrees(moved[2]):.0f}°")
         mine = numbers(
             ask("radii_from", rates, base, dt, moved),
             (2,),
-            "give back the right and the left radius (m)",
+            f"of a drive {drove}, give back the right and the left radius (m)",
         )
         assert not np.allclose(mine, 1000 * sizes), "your radii are in mm; give them in m"
         right = np.allclose(mine, sizes, rtol=0, atol=1e-7)
         mixed_up = np.allclose(mine, sizes[::-1], rtol=0, atol=1e-7)
         assert right or not mixed_up, "right and left are mixed up"
-        drove = "straight on" if number == 0 else f"with a turn of {np.degrees(moved[2]):.0f}°"
         assert right, (
             f"of a drive {drove}, the radii are {1000 * sizes[0]:.3f} and "
             f"{1000 * sizes[1]:.3f} mm, yours {1000 * mine[0]:.3f} and {1000 * mine[1]:.3f}: the "

@@ -23,6 +23,8 @@ __all__ = ["break_it", "planner", "tangent", "turning"]
 ALLOWED = 1.05
 #: How much longer than the shortest a path is that counts as broken.
 BROKEN = 1.03
+#: Between points of a path (m), far less than any turn's radius.
+FINE = 0.005
 #: Discs of a world that breaks a planner.
 MOST_DISCS = 6
 #: How many worlds there are whose nearest endpoint is a trap.
@@ -256,6 +258,13 @@ def _turned(world: World, turns: Any) -> set[tuple[int, int]]:
     }
 
 
+def _sense(path: Path, center: np.ndarray) -> int:
+    """1 where a path passes a place on its left, as a counter-clockwise turn does, else -1."""
+    seen = path.sample(FINE) - center
+    swept = np.unwrap(np.arctan2(seen[:, 1], seen[:, 0]))
+    return int(np.sign(swept[-1] - swept[0]))
+
+
 def _plan_of(ask: Ask, whose: str, query: tuple[Any, Any, Any]) -> tuple[Any, Any]:
     """Turns and path of the planner that is to fail."""
     if whose == "mine":
@@ -302,4 +311,8 @@ def break_it(ask: Ask, rng: np.random.Generator) -> None:
         assert (number, sense) not in _turned(there, right), (
             f"the shortest path turns round disc {number} in the sense {sense:+d}, too: that turn "
             "is not the wrong one"
+        )
+        assert _sense(best.path, there[number - 1].corners[0]) != sense, (
+            f"the shortest path passes disc {number} on the same side as that turn, and only does "
+            "not touch it: that turn is not the wrong one"
         )
