@@ -545,7 +545,7 @@ def test_nearness_costs(monkeypatch):
     reference = ps4._along(path, case.world)
     with_it = ps4._cost(fs.Pid(), case, reference)
     monkeypatch.setattr(ps4, "NEARNESS", 0.0)
-    assert 0.2 < with_it - ps4._cost(fs.Pid(), case, reference) < 1000 * ps4.NEAR * 0.1
+    assert 0.2 < with_it - ps4._cost(fs.Pid(), case, reference) < 1000 * ps4.NEARBY * 0.1
 
 
 def test_time_counts_for_the_student_alone(monkeypatch):
@@ -662,14 +662,14 @@ def test_prose_names_the_constants_it_means():
     contest = read("ps4").cells[3].source
     assert f"{ps4.SECOND:g}\\,(T-T_0)" in contest
     assert f"{ps4.WORK:g}\\,\\frac" in contest
-    assert f"{ps4.NEARNESS:g}\\,\\max(0,{1000 * ps4.NEAR:g}-g)" in contest
+    assert f"{ps4.NEARNESS:g}\\,\\max(0,{1000 * ps4.NEARBY:g}-g)" in contest
     assert f"$c={ps4.PAYS_FROM:g}\\,b$" in contest
     assert f"$c=o$ a third of 12 points, at $c={ps4.PAYS_ALL:g}\\,o$ all" in contest
     assert ps4.OBSERVED_PAYS == 1 / 3
     assert (CASES, CASES * judge.SEEDS) == (4, 8)
     assert "four cases in your\nnotebook, and eight others when it is graded" in contest
-    assert f"begins up to {1000 * ps4.OFFSET[0]:g} mm beside its reference" in contest
-    assert f"turned by up to {np.degrees(ps4.OFFSET[1]):.0f}°" in contest
+    assert f"begins up to {1000 * ps4.STARTS_WITHIN[0]:g} mm beside its reference" in contest
+    assert f"turned by up to {np.degrees(ps4.STARTS_WITHIN[1]):.0f}°" in contest
     names = {}
     exec(read("ps4").cells[1].source, names)
     assert (names["usual"], names["rough"]) == (ps4.tracking.DISTURBANCE, ps4.ROUGH)

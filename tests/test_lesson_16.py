@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from lessons import definitions
+from lessons import definitions, lesson
 from numpy.testing import assert_allclose
 
 import freeseg as fs
 from freeseg.geometry import unit
-from freeseg.studies import crossings
+from freeseg.studies import crossings, moving
 
 STEM = "16_avoid_moving_obstacles"
 
@@ -93,3 +93,42 @@ def test_rivals_are_judged_by_the_best_of_them():
     assert (found["answers"], found["earlier"], found["near"]) == (2, 1, 1)
     assert found["least"] == 0.99
     assert np.isnan(crossings.judge_rivals(rows[2:], ["grid"])["median"])
+
+
+def drives_of(outcomes, early=0.0, scenes=40):
+    """Rows of two methods: the rival always arrives, the other as `outcomes` says of a scene."""
+    head = dict.fromkeys(moving.FORM, 0.0) | {"possible": "yes", "bound_s": 10.0}
+    rows = []
+    for scene in range(scenes):
+        arrival = 12 - early + 0.01 * (scene % 7)
+        outcome = outcomes(scene)
+        own = {"outcome": outcome, "arrival_s": arrival if outcome == "arrived" else np.nan}
+        rival = {"outcome": "arrived", "arrival_s": 12.0}
+        rows.append(head | {"scene": scene, "method": "re-planning"} | rival)
+        rows.append(head | {"scene": scene, "method": "other"} | own)
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("crashes", "early", "arrivals", "delays"),
+    [
+        (lambda scene: scene % 2, 1.0, "worse", "better"),
+        (lambda scene: scene % 2, -1.0, "worse", "worse"),
+        (lambda scene: scene == 3, 0.03, "undecided", "undecided"),
+    ],
+)
+def test_the_words_on_pairs_follow_the_drives(crashes, early, arrivals, delays):
+    word, beside = lesson(STEM, "word", "beside")
+    rows = drives_of(lambda scene: "collided" if crashes(scene) else "arrived", early)
+    ((name, ends, (low, high), both),) = beside(rows)
+    assert (name, both) == ("other", sum(not crashes(scene) for scene in range(40)))
+    assert (word(*ends), word(-high, -low)) == (arrivals, delays)
+
+
+def test_the_rival_s_name_may_stand_first_or_last():
+    word, beside = lesson(STEM, "word", "beside")
+    rows = drives_of(lambda scene: "arrived" if scene % 2 else "collided")
+    ((_, ends, _, _),) = beside(rows)
+    ((_, turned, _, _),) = beside(rows, rival="other")
+    assert (word(*ends), word(*turned)) == ("worse", "better")
+    assert_allclose(ends, np.negative(turned)[::-1])

@@ -24,7 +24,7 @@ ALLOWED = 1.05
 #: How much longer than the shortest a path is that counts as broken.
 BROKEN = 1.03
 #: Between points of a path (m), far less than any turn's radius.
-FINE = 0.005
+SAMPLED_AT = 0.005
 #: Discs of a world that breaks a planner.
 MOST_DISCS = 6
 #: How many worlds there are whose nearest endpoint is a trap.
@@ -260,7 +260,7 @@ def _turned(world: World, turns: Any) -> set[tuple[int, int]]:
 
 def _sense(path: Path, center: np.ndarray) -> int:
     """1 where a path passes a place on its left, as a counter-clockwise turn does, else -1."""
-    seen = path.sample(FINE) - center
+    seen = path.sample(SAMPLED_AT) - center
     swept = np.unwrap(np.arctan2(seen[:, 1], seen[:, 0]))
     return int(np.sign(swept[-1] - swept[0]))
 

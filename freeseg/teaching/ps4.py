@@ -41,7 +41,7 @@ BASELINES, OBSERVED = ("Pid", "SlidingMode", "Mpc"), "SlidingMode"
 #: What a second costs, 1 m/s^2 of needless work, and a touch (mm).
 SECOND, WORK, TOUCH_COSTS = 0.75, 20.0, 1000.0
 #: From which gap on to an obstacle nearness costs (m), and what it costs (mm for each mm).
-NEAR, NEARNESS = 0.01, 0.1
+NEARBY, NEARNESS = 0.01, 0.1
 #: The part of the best baseline's cost from which points are paid; the share of them that the
 #: observed one gets; and the part of its cost for all of them.
 PAYS_FROM, OBSERVED_PAYS, PAYS_ALL = 0.9, 1 / 3, 0.6
@@ -49,7 +49,7 @@ PAYS_FROM, OBSERVED_PAYS, PAYS_ALL = 0.9, 1 / 3, 0.6
 #: another path with a narrow margin is so much shorter (m).
 CASES_OF_DRAW, CASES_OF_ARRIVAL, NARROW, SAVED = 4, 2, 0.02, (0.05, 0.1)
 #: How far from its reference a robot begins at most (m, rad).
-OFFSET = 0.005, float(np.radians(5))
+STARTS_WITHIN = 0.005, float(np.radians(5))
 #: What "arrived" means: distance from the goal, and from the path all the way (m).
 AT_GOAL, ASTRAY = 0.02, 0.05
 
@@ -88,7 +88,7 @@ def cases(draw: int, number: int) -> tuple[Case, ...]:
             continue
         saved = path.length - shortest_path(world, start, goal, margin=NARROW).path.length
         if path.length > courses.LENGTH and SAVED[0] < saved < SAVED[1]:
-            offset = courses.spread_offsets(1, seed, OFFSET)[:, 0]
+            offset = courses.spread_offsets(1, seed, STARTS_WITHIN)[:, 0]
             day = (tracking.DISTURBANCE, ROUGH)[len(found) % 2]
             given = _along(path, world)
             found.append(Case(world, start, goal, given, offset, day, (draw, seed)))
@@ -126,7 +126,7 @@ def _cost(tracker: Any, case: Case, reference: Reference) -> float:
         1000 * found["position_rms_m"]
         + WORK * max(0.0, needless) / case.given.duration
         + SECOND * (reference.duration - case.given.duration)
-        + 1000 * NEARNESS * max(0.0, NEAR - gap)
+        + 1000 * NEARNESS * max(0.0, NEARBY - gap)
         + TOUCH_COSTS * (gap < 0)
     )
 

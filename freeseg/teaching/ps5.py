@@ -23,7 +23,7 @@ GROUPS = ((4, 2), (4, 2), (4, 2), (6,))
 #: Comparisons run by run: how many, how many may be wrong, chance included, and after how many
 #: runs a verdict is asked for: a verdict that is wrong by then is wrong if asked for more often.
 SERIES, WRONG_SERIES = 60, 8
-LOOKS = np.unique([*range(2, 21), *np.geomspace(20, 5000, 20).astype(int)])
+LOOKED_AT = np.unique([*range(2, 21), *np.geomspace(20, 5000, 20).astype(int)])
 #: Means that have to be found, and within how many runs.
 FOUND_WITHIN = {0.8: 40, 0.4: 100, 0.1: 5000}
 
@@ -112,9 +112,9 @@ def _equal(rng: np.random.Generator, number: int) -> np.ndarray:
     what trusts in a normal distribution, at any level, is sure of the gains too early.
     """
     if number % 2:
-        return _series(rng, 0.0, LOOKS[-1])
-    loses = rng.random(LOOKS[-1]) < 0.05
-    differences = np.where(loses, -0.95, 0.05) + rng.normal(0, 0.005, LOOKS[-1])
+        return _series(rng, 0.0, LOOKED_AT[-1])
+    loses = rng.random(LOOKED_AT[-1]) < 0.05
+    differences = np.where(loses, -0.95, 0.05) + rng.normal(0, 0.005, LOOKED_AT[-1])
     return rng.choice([-1, 1]) * differences
 
 
@@ -133,7 +133,7 @@ def _verdict(ask: Ask, differences: np.ndarray, looks: Any) -> str:
 def stop(ask: Ask, rng: np.random.Generator) -> None:
     """A verdict that may be looked for after every run."""
     for mean, within in FOUND_WITHIN.items():
-        looks = LOOKS if within > LOOKS[-2] else range(2, within + 1)
+        looks = LOOKED_AT if within > LOOKED_AT[-2] else range(2, within + 1)
         found = [_verdict(ask, _series(rng, sign * mean, within), looks) for sign in (1, -1) * 4]
         wanted = ("larger", "smaller") * 4
         right = sum(said == name for said, name in zip(found, wanted, strict=True))
@@ -144,9 +144,10 @@ def stop(ask: Ask, rng: np.random.Generator) -> None:
             f"of {len(found)} series with a mean of {mean} and bounds of -1 and 1, you decided "
             f"{right} within {within} runs: you may be more daring, and have to go on looking"
         )
-    wrong = sum(_verdict(ask, _equal(rng, k), LOOKS) != "go on" for k in range(SERIES))
+    wrong = sum(_verdict(ask, _equal(rng, k), LOOKED_AT) != "go on" for k in range(SERIES))
     assert wrong <= WRONG_SERIES, (
-        f"of {SERIES} series of {LOOKS[-1]} runs without any difference, you called {wrong} one; "
+        f"of {SERIES} series of {LOOKED_AT[-1]} runs without any difference, you called {wrong} "
+        "one; "
         "5 % are allowed. An interval that is right after a number of runs that was set before is "
         "wrong sooner or later if you look after every run; and all that is known of a difference "
         "are its bounds"
