@@ -80,7 +80,7 @@ def as_arrays(scene):
 # The grid.
 
 
-@njit(cache=True)
+@njit
 def ray_in_disc(zx, zy, u, w, r):
     """From when until when a point z + (u, w) t is in a disc about the origin."""
     a, b, c = u * u + w * w, zx * u + zy * w, zx * zx + zy * zy - r * r
@@ -93,7 +93,7 @@ def ray_in_disc(zx, zy, u, w, r):
     return (-b - root) / a, (-b + root) / a
 
 
-@njit(cache=True)
+@njit
 def within(low, high, z, u, begin, end):
     """The part of a time interval in which low < z + u t < high."""
     if u == 0:
@@ -102,7 +102,7 @@ def within(low, high, z, u, begin, end):
     return max(begin, min(one, other)), min(end, max(one, other))
 
 
-@njit(cache=True)
+@njit
 def barred_departures(ax, ay, vx, vy, lasts, disc):
     """From when until when a move that takes so long must not begin, for one disc."""
     cx, cy, u, w, r = disc
@@ -122,7 +122,7 @@ def barred_departures(ax, ay, vx, vy, lasts, disc):
     return begin, end
 
 
-@njit(cache=True)
+@njit
 def point_to_segment(px, py, ax, ay, bx, by):
     """Distance of a point from a segment."""
     ex, ey = bx - ax, by - ay
@@ -131,7 +131,7 @@ def point_to_segment(px, py, ax, ay, bx, by):
     return math.hypot(px - ax - share * ex, py - ay - share * ey)
 
 
-@njit(cache=True)
+@njit
 def is_barred(ax, ay, bx, by, edges):
     """Whether a segment comes closer than R_D to an edge."""
     for k in range(len(edges)):
@@ -150,7 +150,7 @@ def is_barred(ax, ay, bx, by, edges):
     return False
 
 
-@njit(cache=True)
+@njit
 def gaps_between(begins, ends, gaps):
     """Fill in the gaps that intervals leave from time zero on; how many there are."""
     count, free = 0, 0.0
@@ -166,7 +166,7 @@ def gaps_between(begins, ends, gaps):
     return count
 
 
-@njit(cache=True)
+@njit
 def search_grid(discs, edges, moves, cells, across, goal, most):
     """Places and times of the earliest arrival on the grid; no row where there is none."""
     n = len(discs)
