@@ -53,6 +53,28 @@ def test_mcnemar_by_hand(rows):
     assert not found.decided.diagonal().any()
 
 
+def test_a_pair_and_a_share_are_said_in_words(rows):
+    found = duels.duel(rows, ["one"])
+    said = found.between("c", "b")
+    assert said == "c alone solves 10, b alone 26: more than chance"
+    with pytest.raises(fs.InvalidParameter, match="rival"):
+        found.between("a", "b")  # a fails nowhere
+    assert duels.percent(duels.pool(rows, ["one"])["b"]) == "75.0 %"
+    with pytest.raises(fs.InvalidParameter, match="pool"):
+        duels.percent({})
+
+
+def test_span_is_over_the_sets(rows):
+    by_set = {"one": duels.pool(rows, ["one"])}
+    by_set["slow"] = {name: one | {"median_ms": 3.0} for name, one in by_set["one"].items()}
+    by_set["slow"]["b"]["median_ms"] = 6.0
+    assert duels.span(by_set, "b", "median_ms") == (1.0, 6.0)
+    assert duels.span(by_set, "b", "median_ms", over="a") == (1.0, 2.0)
+    for some, name, key in ((by_set, "z", "near"), (by_set, "a", "z"), ({}, "a", "near")):
+        with pytest.raises(fs.InvalidParameter, match="by_set"):
+            duels.span(some, name, key)
+
+
 @pytest.mark.parametrize("tests", [1, 10])
 @pytest.mark.parametrize("counts", [(0, 0), (0, 5), (0, 6), (9, 1), (12, 2), (30, 12), (40, 41)])
 def test_a_difference_is_one_where_the_exact_test_says_so(counts, tests):

@@ -46,6 +46,21 @@ class Duels(NamedTuple):
     alone: np.ndarray
     decided: np.ndarray
 
+    def between(self, one: str, other: str) -> str:
+        """What the questions say of two of the rivals, in words.
+
+        Raises
+        ------
+        InvalidParameter
+            For a rival that is none of `names`.
+        """
+        a, b = (self.names.index(checks.choice("rival", k, self.names)) for k in (one, other))
+        decided = "" if self.decided[a, b] else "not "
+        return (
+            f"{one} alone solves {self.alone[a, b]}, {other} alone {self.alone[b, a]}: "
+            f"{decided}more than chance"
+        )
+
 
 def pool(rows: Iterable[Mapping[str, Any]], sets: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Numbers of every rival, over some sets of questions together.
@@ -85,6 +100,55 @@ def _of_sets(rows: Iterable[Mapping[str, Any]], sets: Iterable[str]) -> list[dic
         known = sorted({row["set"] for row in found})
         raise InvalidParameter(f"sets is {checks.shown(sets)}; give some of {known}")
     return some
+
+
+def percent(found: Mapping[str, Any]) -> str:
+    """Share of the questions that a rival solves, in per cent, given its entry of `pool`.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no such entry.
+    """
+    try:
+        return f"{100 * found['solved'] / found['questions']:.1f} %"
+    except (KeyError, TypeError, ZeroDivisionError) as error:
+        raise InvalidParameter(f"found is {checks.shown(found)}; give one of pool's") from error
+
+
+def span(
+    by_set: Mapping[str, Mapping[str, Mapping[str, Any]]],
+    rival: str,
+    key: str,
+    over: str | None = None,
+) -> tuple[float, float]:
+    """Least and greatest of a rival's numbers over sets, or of their ratio to another's.
+
+    Parameters
+    ----------
+    by_set : dict
+        Name of a set to what `pool` returns for it.
+    rival, key : str
+        Rival, and which of its numbers, as of `rivals.summarise`.
+    over : str, optional
+        Rival whose numbers they are divided by.
+
+    Raises
+    ------
+    InvalidParameter
+        For no such sets, or a rival or number that one of them lacks.
+    """
+    checks.instance("by_set", by_set, Mapping, "a dict of set to what pool returns")  # type: ignore[type-abstract]
+    try:
+        some = [
+            found[rival][key] / (1.0 if over is None else found[over][key])
+            for found in by_set.values()
+        ]
+        return min(some), max(some)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InvalidParameter(
+            f"by_set has no {checks.shown(key)} of {checks.shown(rival)}; give what pool returns"
+        ) from error
 
 
 def fastest(found: Mapping[str, Mapping[str, Any]], near: float = 0.0) -> str:

@@ -240,10 +240,12 @@ def try_rivals(
     """
     _check_rivals(rivals)
     question = pose(case)
+    # Whoever is timed just after the optimum was computed finds its code and data at hand.
+    answers = {name: _ask(rival, question) for name, rival in rivals.items()}
     optimum = _shortest(question)
     return [
-        {"set": str(case[0]), "rival": name} | _ask(rival, question, optimum)
-        for name, rival in rivals.items()
+        {"set": str(case[0]), "rival": name} | _judge(*answer, question, optimum)
+        for name, answer in answers.items()
     ]
 
 
@@ -257,10 +259,9 @@ def _shortest(question: Question) -> float:
         return math.nan
 
 
-def _ask(rival: Rival, question: Question, optimum: float) -> dict[str, Any]:
-    """The row of a rival, given the length of the shortest path (m)."""
-    world, robot = question.world, as_robot(question.robot)
-    fresh = World(world.obstacles, world.boundary)
+def _ask(rival: Rival, question: Question) -> tuple[str, Any, float]:
+    """What a rival answers: its outcome, its track or None, and the time (ms)."""
+    fresh = World(question.world.obstacles, question.world.boundary)
     outcome, track, begin = "no path", None, time.process_time()
     try:
         track = rival(fresh, *question[1:])
@@ -268,7 +269,14 @@ def _ask(rival: Rival, question: Question, optimum: float) -> dict[str, Any]:
         outcome, track = type(error).__name__, getattr(error, "run", None)
     else:
         outcome = outcome if track is None else "path"
-    duration = 1e3 * (time.process_time() - begin)
+    return outcome, track, 1e3 * (time.process_time() - begin)
+
+
+def _judge(
+    outcome: str, track: Any, duration: float, question: Question, optimum: float
+) -> dict[str, Any]:
+    """The row of an answer, given the length of the shortest path (m)."""
+    world, robot = question.world, as_robot(question.robot)
     judged: dict[str, Any] = {"arrives": False, "collides": False}
     judged |= dict.fromkeys(("length_m", "clearance_m", "turning_rad"), math.nan)
     if track is not None:
