@@ -33,9 +33,9 @@ START_GAINS = {
 #: What the poses are measured with while gains are tuned (m, rad).
 NOISE = Disturbance(position_noise=0.003, heading_noise=float(np.radians(2)))
 #: Robots of a run, and how far off they start: ahead, aside (m), turned (rad).
-ROBOTS, OFF = 8, np.array([[0.02], [0.02], [np.radians(20)]])
+ROBOTS, OFF = 48, np.array([[0.02], [0.02], [np.radians(20)]])
 #: Costs for none and for all of the points; the start gains cost 2.
-NO_POINTS, ALL_POINTS = 1.9, 1.6
+NO_POINTS, ALL_POINTS = 1.8, 1.63
 #: The reference bends where it turns faster (rad/s).
 BEND = 0.3
 #: For derivatives by differences.
