@@ -6,6 +6,7 @@ from lessons import lesson
 
 from freeseg.studies import stress
 from freeseg.studies.splitting import lowest_level
+from freeseg.studies.statistics import share
 
 STEM = "15_stress_with_monte_carlo"
 STORED = stress.load_stress()
@@ -17,17 +18,22 @@ def test_margins_are_twice_the_shortfalls():
         found = margins(law, 1e-3)
         tails = [tail for (name, _), tail in STORED.tails.items() if name == law]
         assert len(found) == len(tails) == len(stress.rare_courses())
-        for margin, tail in zip(found, tails, strict=True):
+        for (margin, low, high), tail in zip(found, tails, strict=True):
             place = np.searchsorted(tail.levels, margin / 2)
             assert tail.share[place] <= 1e-3 <= tail.share[place - 1]
+            assert low < margin < high
 
 
 def test_what_the_first_screen_says():
-    """One to two centimetres, and less for the sliding mode on each course."""
+    """Less for the sliding mode on each course, and the MPC between the two on its own."""
     margins = lesson(STEM, "margins")
-    ours, pid = (np.array(margins(law, 1e-3)) for law in ("SlidingMode", "Pid"))
-    assert (ours < pid).all()
-    assert 0.005 < ours.min() < pid.max() < 0.02
+    (ours, *_, most), (pid, least, _), (mpc, low, high) = (
+        np.array(margins(law, 1e-3)).T for law in ("SlidingMode", "Pid", "Mpc")
+    )
+    assert (most < least).all()
+    assert np.round(1000 * np.array([ours.min(), ours.max()])).tolist() == [6, 12]
+    assert np.round(1000 * np.array([pid.min(), pid.max()])).tolist() == [10, 19]
+    assert most[1] < low[0] < mpc[0] < high[0] < least[1]
     for found in (ours, pid):
         assert 1.5 < found.max() / found.min() < 2.5
 
@@ -67,11 +73,24 @@ def test_what_the_text_says_of_causes():
     assert max(twofold) < 0.05
 
 
-def test_no_pair_is_decided_and_none_differs_by_much():
+def test_what_the_text_says_of_pairs():
     compare, pairs = lesson(STEM, "compare", "pairs")
-    found = [compare(cause, *pair) for cause in stress.CAUSES for pair in pairs]
-    assert {one.verdict for one in found} == {"undecided"}
-    assert max(max(-one.low[-1], one.high[-1]) for one in found) < 0.22
+    usual = [compare("nominal", 0, *pair) for pair in pairs]
+    assert {(one.verdict, one.runs) for one in usual} == {("equivalent", 296)}
+    strongest = [compare(cause, 2, *pair) for cause in stress.CAUSES for pair in pairs]
+    assert {one.verdict for one in strongest} == {"undecided"}
+    ours, _, pid = (compare("delay", 1, *pair) for pair in pairs)
+    assert ours.low[-1] > 0
+    assert pid.high[-1] < 0
+    assert ours.verdict == pid.verdict == "undecided"
+
+
+def test_splitting_is_too_sure_of_the_line_that_bends():
+    heights, tail = lesson(STEM, "heights", "tail")
+    seen = [(heights > level).mean() for level in (0.003, 0.004, 0.005, 0.006)]
+    places = [np.argmin(np.abs(tail.levels - level)) for level in (0.003, 0.004, 0.005, 0.006)]
+    assert (seen > tail.share[places]).all()
+    assert share(int((heights > 0.004).sum()), len(heights)).low > tail.high[places[1]]
 
 
 def test_splitting_keeps_what_the_text_promises():
