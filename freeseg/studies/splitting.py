@@ -116,8 +116,9 @@ def split(
     tried: on the closed form of ``tests/benchmarks/stress.py`` its standard error
     was some 30 % larger for the same number of runs.
 
-    The interval is Student's, of the populations' estimates. Where runs get high in more than one way,
-    copies move slowly from one to the other, and it is too narrow: see notebook 15.
+    The interval is Student's, of the populations' estimates. Where runs get high in more than
+    one way, copies move slowly from one to the other, and it is too narrow: notebook 15 shows
+    such a case.
     """
     dimensions = checks.whole("dimensions", dimensions, 1, most=MOST_OF_A_KIND)
     populations = checks.whole("populations", populations, 2, most=MOST_OF_A_KIND)
