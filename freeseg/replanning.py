@@ -67,7 +67,7 @@ def observe(scene: Any, noise: float = SIGHT_NOISE, seed: int = 0, dt: float = 0
     >>> scene = Scene(World([]), [Mover(Disc((0, 0), 0.1), velocity=(0.1, 0))])
     >>> seen = observe(scene, noise=0.001, seed=1)
     >>> (seen.movers[0].at(2.0).center - scene.movers[0].at(2.0).center).round(4).tolist()
-    [-0.0009, 0.0002]
+    [0.0001, 0.0013]
     """
     scene = check_scene(scene)
     noise, dt = checks.not_negative("noise", noise), checks.positive("dt", dt)

@@ -747,6 +747,16 @@ CALLS = {
         },
     ),
     "differs": (duels.differs, {"one": 1, "other": 2, "tests": 1, "risk": 0.05}),
+    "percent": (duels.percent, {"found": {"solved": 1, "questions": 2}}),
+    "span": (
+        duels.span,
+        {
+            "by_set": {"paper": {"a": {"x": 1.0}, "b": {"x": 2.0}}},
+            "rival": "a",
+            "key": "x",
+            "over": "b",
+        },
+    ),
     "duel": (duels.duel, {"rows": COMPARED, "sets": ["paper"], "risk": 0.05}),
     "length_ratios": (
         duels.length_ratios,

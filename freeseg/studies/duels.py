@@ -112,7 +112,7 @@ def percent(found: Mapping[str, Any]) -> str:
     """
     try:
         return f"{100 * found['solved'] / found['questions']:.1f} %"
-    except (KeyError, TypeError, ZeroDivisionError) as error:
+    except (KeyError, IndexError, TypeError, ZeroDivisionError) as error:
         raise InvalidParameter(f"found is {checks.shown(found)}; give one of pool's") from error
 
 
@@ -145,9 +145,11 @@ def span(
             for found in by_set.values()
         ]
         return min(some), max(some)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        beside = "" if over is None else f", or none over {checks.shown(over)}"
         raise InvalidParameter(
-            f"by_set has no {checks.shown(key)} of {checks.shown(rival)}; give what pool returns"
+            f"by_set has no {checks.shown(key)} of {checks.shown(rival)}{beside}; give what pool "
+            "returns"
         ) from error
 
 
