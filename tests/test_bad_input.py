@@ -889,6 +889,23 @@ CALLS = {
         data.read_csv,
         {"path": data.DATA / "khepera4.csv", "columns": {"parameter": str}},
     ),
+    "read_arrays": (
+        data.read_arrays,
+        {"path": data.DATA / "comparison.npz", "names": ["hit"], "again": "compare again"},
+    ),
+    "write_arrays": (data.write_arrays, {"path": "arrays.npz", "arrays": {"x": np.ones(2)}}),
+    "read_rows": (
+        data.read_rows,
+        {
+            "path": data.DATA / "rivals.npz",
+            "columns": {"set": str, "length_m": float},
+            "again": "compare again",
+        },
+    ),
+    "write_rows": (
+        data.write_rows,
+        {"path": "rows.npz", "rows": [{"x": 1.0}], "columns": {"x": float}},
+    ),
     "write_csv": (data.write_csv, {"path": "rows.csv", "rows": [{"name": 1}]}),
     "from_shapely": (
         fs.maps.from_shapely,
@@ -965,7 +982,7 @@ CALLED = {
 
 
 #: Where NaN is an answer.
-MAY_BE_NAN = {"try_rules", "split", "lowest_level"}
+MAY_BE_NAN = {"try_rules", "split", "lowest_level", "read_rows"}
 
 
 def numbers_of(result):

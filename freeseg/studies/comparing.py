@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freeseg import checks
-from freeseg.data import DATA
+from freeseg.data import DATA, read_arrays
 from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.path import Line, Path
 from freeseg.reference import SPEED, make_reference
@@ -129,15 +129,11 @@ def load_comparison(
     InvalidData
         For a file that cannot be read or holds another study.
     """
-    path = checks.file("file", file)
+    again = "compare the trackers again"
     shape = len(COMPARED), len(LAWS), JUDGED["courses"], JUDGED["robots"], REPLICATES
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {one: stored[one].astype(float) for one in KEPT}
-    except (OSError, ValueError, KeyError) as error:
-        raise InvalidData(f"{path} cannot be read ({error}); compare the trackers again") from error
+    arrays = {one: values.astype(float) for one, values in read_arrays(file, KEPT, again).items()}
     if any(values.shape != shape for values in arrays.values()):
-        raise InvalidData(f"{path} holds no study of shape {shape}; compare the trackers again")
+        raise InvalidData(f"{file} holds no study of shape {shape}; {again}")
     return {
         cell: {
             one: dict(zip(LAWS.values(), values[number], strict=True))

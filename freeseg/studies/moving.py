@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freeseg import checks
-from freeseg.data import DATA
-from freeseg.errors import InvalidData, InvalidParameter, InvalidQuery, NoPath, Trapped
+from freeseg.data import DATA, read_rows, write_rows
+from freeseg.errors import InvalidParameter, InvalidQuery, NoPath, Trapped
 from freeseg.following import Following
 from freeseg.geometry import unit
 from freeseg.planners import shortest_path, time_minimal_plan
@@ -350,11 +350,7 @@ def compare(
 
 def save_drives(rows: Iterable[Mapping[str, Any]], file: str | PathLike[str] = DRIVES) -> None:
     """Write rows of `compare` as arrays, one a column of `FORM`."""
-    found = _checked(rows)
-    columns: dict[str, Any] = {
-        name: np.array([row[name] for row in found], kind) for name, kind in FORM.items()
-    }
-    np.savez_compressed(checks.file("file", file), **columns)
+    write_rows(file, _checked(rows), FORM)
 
 
 def load_drives(file: str | PathLike[str] = DRIVES) -> list[dict[str, Any]]:
@@ -365,15 +361,7 @@ def load_drives(file: str | PathLike[str] = DRIVES) -> list[dict[str, Any]]:
     InvalidData
         For a file that cannot be read, or has other columns.
     """
-    path = checks.file("file", file)
-    try:
-        with np.load(path) as stored:
-            columns = {name: stored[name].tolist() for name in FORM}
-    except (OSError, ValueError, KeyError, EOFError) as error:
-        raise InvalidData(
-            f"{path} cannot be read ({error}); give what tests/benchmarks/avoid_movers.py wrote"
-        ) from error
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    return read_rows(file, FORM, "give what tests/benchmarks/avoid_movers.py wrote")
 
 
 def summarise(

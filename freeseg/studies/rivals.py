@@ -8,7 +8,6 @@ found is kept row by row, `load_rivals`; all that is said of it is computed from
 
 import math
 import time
-import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from os import PathLike
@@ -19,7 +18,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from freeseg import checks
-from freeseg.data import DATA
+from freeseg.data import DATA, read_rows, write_rows
 from freeseg.errors import FreesegError, InvalidData, InvalidParameter
 from freeseg.paper import load_cases, load_table
 from freeseg.path import Path
@@ -367,17 +366,7 @@ def save_rivals(
     InvalidData
         For a file that cannot be written.
     """
-    path, found = checks.file("file", file), _checked(rows)
-    columns: dict[str, Any] = {
-        name: np.array([row[name] for row in found], kind) for name, kind in STORED.items()
-    }
-    try:
-        with path.open("wb") as out:
-            np.savez_compressed(out, **columns)
-    except OSError as error:
-        raise InvalidData(
-            f"{path} cannot be written ({error}); give a file in a folder that exists"
-        ) from error
+    write_rows(file, _checked(rows), STORED)
 
 
 def load_rivals(file: str | PathLike[str] = DATA / "rivals.npz") -> list[dict[str, Any]]:
@@ -401,24 +390,14 @@ def load_rivals(file: str | PathLike[str] = DATA / "rivals.npz") -> list[dict[st
         For a file that cannot be read, holds anything else, or two rows of the same
         question and rival.
     """
-    path = checks.file("file", file)
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            columns = {name: stored[name] for name in STORED}
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise InvalidData(f"{path} cannot be read ({error}); compare the rivals again") from error
-    size = columns["set"].shape[:1]
-    for name, kind in STORED.items():
-        if columns[name].dtype.kind != np.dtype(kind).kind or columns[name].shape != size:
-            raise InvalidData(f"{path} holds no such {name} as are kept; compare the rivals again")
-    values = zip(*(column.tolist() for column in columns.values()), strict=True)
-    rows = [dict(zip(STORED, one, strict=True)) for one in values]
+    again = "compare the rivals again"
+    rows = read_rows(file, STORED, again)
     for row in rows:
         # The paper's cases have names, random worlds and BARN's a number.
         if row["question"].isdecimal():
             row["question"] = int(row["question"])
     if not rows or len({(row["set"], row["question"], row["rival"]) for row in rows}) < len(rows):
-        raise InvalidData(f"{path} holds no rows, or one twice; compare the rivals again")
+        raise InvalidData(f"{file} holds no rows, or one twice; {again}")
     return rows
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freeseg import checks
-from freeseg.data import DATA
+from freeseg.data import DATA, read_arrays
 from freeseg.disturbance import CHANNELS, Disturbance, shaken
 from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.geometry import read_only
@@ -566,10 +566,10 @@ def load_stress(file: str | PathLike[str] = DATA / "stress.npz") -> Stress:
     InvalidData
         For a file that cannot be read or holds another study.
     """
-    path = checks.file("file", file)
+    again = "run the study again"
+    stored = read_arrays(file, again=again)
+    arrays = {key: values.astype(float) for key, values in stored.items()}
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {key: stored[key].astype(float) for key in stored.files}
         counts = {
             law: {
                 cause: Outcome(*(arrays[f"{law}.{cause}.{one}"] for one in KEPT_OF_RUN))
@@ -580,14 +580,12 @@ def load_stress(file: str | PathLike[str] = DATA / "stress.npz") -> Stress:
         tails = {one: _tail_of(arrays, *one) for one in SPLIT}
         sobol = {law: arrays[f"sobol.{law}"] for law in STRESSED if law not in SINGLE}
         checked = {one: arrays[f"check_{one:g}"] for one in (1e-3, 1e-6)}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InvalidData(f"{path} cannot be read ({error}); run the study again") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise InvalidData(f"{file} holds another study ({error}); {again}") from error
     wanted = COUNTED_STRONG, len(STRENGTHS)
     for law, cause in product(STRESSED, CAUSES):
         if (shape := counts[law][cause].gap.shape) != wanted:
-            raise InvalidData(
-                f"{path} has {shape} runs of {law}, not {wanted}; run the study again"
-            )
+            raise InvalidData(f"{file} has {shape} runs of {law}, not {wanted}; {again}")
     return Stress(counts, tails, sobol, checked)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from freeseg.data import DATA, write_csv
+from freeseg.data import DATA, write_arrays, write_csv
 from freeseg.studies import comparing, tuning
 from freeseg.studies.runner import run
 
@@ -87,7 +87,7 @@ def main(store=None, jobs=2, folder=DATA):
     for one in comparing.KEPT:
         values = np.reshape([runs[k][one] for k in order], shape)
         arrays[one] = np.moveaxis(values, 2, -1).astype(np.float32 if one != "hit" else bool)
-    np.savez_compressed(folder / "comparison.npz", **arrays)
+    write_arrays(folder / "comparison.npz", arrays)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import log_ndtr, ndtr
 
-from freeseg.data import DATA
+from freeseg.data import DATA, read_arrays, write_arrays
 from freeseg.studies import stress
 from freeseg.studies.runner import run
 from freeseg.studies.splitting import split
@@ -139,8 +139,7 @@ def main(arguments=None):
     parts["count"] = partial(count, options.store)
     for name in options.parts or parts:
         found = parts[name]()
-        known = dict(np.load(FILE)) if FILE.exists() else {}
-        np.savez_compressed(FILE, **known | found)
+        write_arrays(FILE, (read_arrays(FILE) if FILE.exists() else {}) | found)
         print(name, "is stored", flush=True)
 
 
