@@ -17,7 +17,7 @@ from freeseg.replanning import SIGHT_NOISE, Estimates
 from freeseg.robot import Robot
 from freeseg.scene import Mover, Scene, check_scene
 from freeseg.segments import MARGIN
-from freeseg.trackers.feedback import Law, Tracker
+from freeseg.trackers.feedback import Law, Tracker, check_tracker
 from freeseg.trackers.kanayama import Kanayama
 from freeseg.world import Disc, World
 
@@ -81,10 +81,7 @@ class Following:
     noise: float = SIGHT_NOISE
 
     def __post_init__(self) -> None:
-        if isinstance(self.tracker, type) or not callable(getattr(self.tracker, "start", None)):
-            raise InvalidParameter(
-                f"tracker is {checks.shown(self.tracker)}; give one, such as Kanayama()"
-            )
+        check_tracker(self.tracker)
         for name in ("timed", "keep_out"):
             checks.flag(name, getattr(self, name))
         for name in ("speed", "acceleration"):

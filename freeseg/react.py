@@ -16,6 +16,7 @@ from freeseg.reference import MOST_STEPS
 from freeseg.robot import Robot, as_robot
 from freeseg.scene import check_scene
 from freeseg.simulate import Run, drive
+from freeseg.trackers.feedback import starts
 from freeseg.world import as_points, as_position, round_off
 
 #: Largest distance (m) between the points of a run at which its clearance is measured.
@@ -155,7 +156,7 @@ def _first_pose(start, goal):
 
 def _start(reactive, scene, goal, robot, dt):
     """The law that gains start; `InvalidParameter` for what is no reactive law."""
-    start = None if isinstance(reactive, type) else getattr(reactive, "start", None)
+    start = reactive.start if starts(reactive) else None
     try:
         checks.function("start", start, "", scene, goal, robot, dt)
     except InvalidParameter:

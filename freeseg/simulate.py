@@ -13,7 +13,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.reference import MOST_STEPS, Reference, pose_error
 from freeseg.robot import Robot, as_robot, moved_pose, same_robot, wheel_speeds
-from freeseg.trackers.feedback import Law, Tracker
+from freeseg.trackers.feedback import Law, Tracker, check_tracker
 
 #: Shapes of the poses of one robot and of n robots, and the units of their rows.
 POSES, POSE_UNITS = ((3,), (3, None)), "m, m, rad"
@@ -196,7 +196,7 @@ def simulate(
     >>> bool(fs.metrics.tracking(run)["position_final_m"] < 0.005)
     True
     """
-    _check_tracker(tracker)
+    check_tracker(tracker)
     checks.instance("reference", reference, Reference, "one made by make_reference")
     robot = as_robot(same_robot(robot, reference.robot, "the reference"))
     dt = checks.positive("dt", dt)
@@ -225,18 +225,6 @@ def simulate(
     object.__setattr__(run, "reference", read_only(wanted))
     object.__setattr__(run, "error", read_only(error))
     return run
-
-
-def _check_tracker(tracker):
-    """Raise `InvalidParameter` for what is no tracker, and say what it seems to be."""
-    if not isinstance(tracker, type) and callable(getattr(tracker, "start", None)):
-        return
-    remedy = "give one, such as SlidingMode()"
-    if hasattr(tracker, "tracker"):
-        remedy = "give its .tracker"
-    elif callable(tracker) and not isinstance(tracker, type):
-        remedy += "; fs.drive(law, pose, dt, steps) drives by a law"
-    raise InvalidParameter(f"tracker is {checks.shown(tracker)}; {remedy}")
 
 
 def _start(tracker, reference, robot, dt):

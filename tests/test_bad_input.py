@@ -747,6 +747,8 @@ CALLS = {
         },
     ),
     "differs": (duels.differs, {"one": 1, "other": 2, "tests": 1, "risk": 0.05}),
+    "check_rows": (rivals.check_rows, {"rows": COMPARED}),
+    "check_rivals": (rivals.check_rivals, {"rivals": {"exact": fs.shortest_path}}),
     "percent": (duels.percent, {"found": {"solved": 1, "questions": 2}}),
     "span": (
         duels.span,

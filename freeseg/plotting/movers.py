@@ -166,6 +166,12 @@ def _disc(ax, center, name="disc $j$"):
     write(ax, name, center, size=10)
 
 
+def _pace(e):
+    """Speed of a robot of speed 1 in the frame of the sketches' disc, in a direction there."""
+    along = DISC_SPEED @ e
+    return -along + math.sqrt(along**2 + 1 - DISC_SPEED @ DISC_SPEED)
+
+
 def sketch_graze(ax=None):
     """From a point, the line that grazes a disc that moves.
 
@@ -185,8 +191,7 @@ def sketch_graze(ax=None):
     e = unit(tilt)
     length = math.sqrt(center @ center - 1)
     # The disc's frame: there it stands, and the robot's velocity is that less the disc's.
-    along = DISC_SPEED @ e
-    pace = -along + math.sqrt(along**2 + 1 - DISC_SPEED @ DISC_SPEED)
+    pace = _pace(e)
     velocity = DISC_SPEED + pace * e
     drift = length / pace * DISC_SPEED
     ax.add_patch(Circle(center + drift, 1, **SKETCH_RIM | {"alpha": 0.4}))
@@ -230,8 +235,7 @@ def sketch_slide(ax=None):
     angle = math.radians(35)
     normal, along = unit(angle), unit(angle - math.pi / 2)
     place = normal
-    behind = DISC_SPEED @ along
-    pace = -behind + math.sqrt(behind**2 + 1 - DISC_SPEED @ DISC_SPEED)
+    pace = _pace(along)
     ax.plot(*np.transpose([(0, 0), place]), **THIN)
     arrow(ax, place, place + 0.7 * normal, "0.3")
     arrow(ax, place, place + DISC_SPEED, PALETTE["danger"])
@@ -272,9 +276,7 @@ def sketch_leave(ax=None):
 
     def leaving(angle):
         normal, along = unit(angle), unit(angle - math.pi / 2)
-        behind = DISC_SPEED @ along
-        pace = -behind + math.sqrt(behind**2 + 1 - DISC_SPEED @ DISC_SPEED)
-        return normal, DISC_SPEED + pace * along
+        return normal, DISC_SPEED + _pace(along) * along
 
     def aside(angle):
         place, velocity = leaving(angle)

@@ -9,7 +9,7 @@ import numpy as np
 
 from freeseg import checks
 from freeseg.data import DATA, read_arrays
-from freeseg.errors import InvalidData, InvalidParameter
+from freeseg.errors import InvalidData
 from freeseg.path import Line, Path
 from freeseg.reference import SPEED, make_reference
 from freeseg.robot import KheperaIV
@@ -17,6 +17,7 @@ from freeseg.studies.courses import DT, random_courses, spread_offsets
 from freeseg.studies.statistics import differences, verdict
 from freeseg.studies.tracking import DISTURBANCE, REGIMES, ROUGHNESS, SINGLE, disturbed, evaluate
 from freeseg.studies.tuning import PRICES, REPLICATES
+from freeseg.trackers.feedback import check_tracker
 from freeseg.trackers.predictor import Predicting
 
 #: What the laws are judged on: courses, robots and noise that nothing before has touched.
@@ -240,8 +241,7 @@ def local_gains(tracker: Any, speed: float = SPEED) -> dict[str, float]:
     Of what a law integrates, only what one time step adds is in it.
     """
     speed = checks.positive("speed", speed)
-    if not callable(getattr(tracker, "start", None)) or isinstance(tracker, type):
-        raise InvalidParameter(f"tracker is {checks.shown(tracker)}; give one, such as Pid()")
+    check_tracker(tracker)
     if type(tracker).__name__ in SINGLE:
         tracker = replace(tracker, delay=0.0, lag=0.0, observer=0.0)
     elif isinstance(tracker, Predicting):

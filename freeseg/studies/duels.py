@@ -16,7 +16,14 @@ import numpy as np
 from freeseg import checks
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidParameter, Trapped
-from freeseg.studies.rivals import ALIKE, STORED, Question, Rival, summarise
+from freeseg.studies.rivals import (
+    ALIKE,
+    Question,
+    Rival,
+    check_rivals,
+    check_rows,
+    summarise,
+)
 from freeseg.studies.statistics import RESAMPLES, share
 
 #: Chance that anything is wrong of what is said of all pairs together.
@@ -91,10 +98,7 @@ def pool(rows: Iterable[Mapping[str, Any]], sets: Iterable[str]) -> dict[str, di
 def _of_sets(rows: Iterable[Mapping[str, Any]], sets: Iterable[str]) -> list[dict[str, Any]]:
     """The rows of some sets, as dicts."""
     kinds = checks.instances("sets", sets, str, "names of sets")
-    remedy = "rows of compare, one or more"
-    found = checks.instances("rows", rows, Mapping, remedy)  # type: ignore[type-abstract]
-    if not found or any(STORED.keys() - row.keys() for row in found):
-        raise InvalidParameter(f"rows is {checks.shown(rows)}; give {remedy}")
+    found = check_rows(rows)
     some = [dict(row) for row in found if row["set"] in kinds]
     if not some:
         known = sorted({row["set"] for row in found})
@@ -248,7 +252,7 @@ def differs(one: int, other: int, tests: int = 1, risk: float = RISK) -> bool:
     """
     one, other = checks.whole("one", one), checks.whole("other", other)
     tests = checks.whole("tests", tests, 1, most=MOST_TESTS)
-    risk = checks.number("risk", risk, lambda value: 0 < value < 1, "a number between 0 and 1")
+    risk = checks.probability("risk", risk)
     if not one + other:
         return False
     found = share(one, one + other, "clopper-pearson", 1 - risk / tests)
@@ -371,12 +375,10 @@ def tracks_of(rivals: Mapping[str, Rival], question: Question) -> dict[str, Any]
     InvalidParameter
         For what are no rivals or no question; and what a rival raises but `Trapped`.
     """
-    checks.instance("rivals", rivals, Mapping, "a dict of name to rival")  # type: ignore[type-abstract]
+    check_rivals(rivals)
     checks.instance("question", question, Question, "what pose_question returns")
     found = {}
     for name, rival in rivals.items():
-        if not callable(rival):
-            raise InvalidParameter(f"rivals has {checks.shown(rival)} for {name}; give a function")
         try:
             track = rival(*question)
         except Trapped as trapped:

@@ -6,6 +6,7 @@ nothing else. Its thresholds stand in it: whoever disagrees with a verdict finds
 
 from collections.abc import Callable
 from enum import StrEnum
+from functools import partial
 from typing import Any, NamedTuple
 
 from freeseg.robot import KheperaIV
@@ -71,8 +72,8 @@ def _span(ends: tuple[float, float, float], digits: int = 4) -> str:
     return f"{low:.{digits}g} to {high:.{digits}g}, median {middle:.{digits}g}"
 
 
-def _equations(found: dict[str, float], *names: str) -> Verdict:
-    worst = max(found[name] for name in names)
+def _equations(numbers: tuple[str, ...], found: dict[str, float]) -> Verdict:
+    worst = max(found[number] for number in numbers)
     if worst <= EQUAL:
         # Not the number itself: round-off differs from one machine to another.
         effect = f"no deviation above {EQUAL:g}"
@@ -81,46 +82,19 @@ def _equations(found: dict[str, float], *names: str) -> Verdict:
     return Verdict(Outcome.FAILS, effect, "differs from an independent computation")
 
 
-@_rule
-def kinematics(found: dict[str, float]) -> Verdict:
-    """(1), against its numerical integration."""
-    return _equations(found, "1")
-
-
-@_rule
-def lengths(found: dict[str, float]) -> Verdict:
-    """(2) and (3), against centres and radii."""
-    return _equations(found, "2")
-
-
-@_rule
-def detours(found: dict[str, float]) -> Verdict:
-    """(5) and (6), against the candidates of a plan."""
-    return _equations(found, "5")
-
-
-@_rule
-def straight(found: dict[str, float]) -> Verdict:
-    """A plan where nothing is in the way."""
-    return _equations(found, "straight")
-
-
-@_rule
-def error_frame(found: dict[str, float]) -> Verdict:
-    """(7), written out."""
-    return _equations(found, "7")
-
-
-@_rule
-def wheels(found: dict[str, float]) -> Verdict:
-    """(8), written out."""
-    return _equations(found, "8")
-
-
-@_rule
-def control_law(found: dict[str, float]) -> Verdict:
-    """(11) to (13), by difference quotients of a run."""
-    return _equations(found, "12", "13")
+#: Rules that ask only whether equations agree with an independent computation, and with which:
+#: (1) integrated, (2) and (3) by centres and radii, (5) and (6) by a plan's candidates, a plan
+#: where nothing is in the way, (7) and (8) written out, (11) to (13) by difference quotients.
+AGREEING = {
+    "kinematics": ("1",),
+    "lengths": ("2",),
+    "detours": ("5",),
+    "straight": ("straight",),
+    "error_frame": ("7",),
+    "wheels": ("8",),
+    "control_law": ("12", "13"),
+}
+CLAIM_RULES |= {name: partial(_equations, numbers) for name, numbers in AGREEING.items()}
 
 
 @_rule

@@ -30,6 +30,7 @@ from freeseg.scene import Mover, Scene
 from freeseg.studies.reacting import PATIENCE, load_laws
 from freeseg.studies.runner import run
 from freeseg.studies.statistics import Difference, Share, differences, interval, share
+from freeseg.trackers.feedback import starts
 from freeseg.world import Disc, World
 
 #: Side of the square that movers cross (m), what stands in it, and how far before and behind it the
@@ -265,7 +266,7 @@ def _check_methods(given: Any) -> Mapping[str, Reactive]:
     remedy = "a dict of name to law, such as moving.methods()"
     checks.instance("given", given, Mapping, remedy)  # type: ignore[type-abstract]
     for name, law in given.items():
-        if isinstance(law, type) or not callable(getattr(law, "start", None)):
+        if not starts(law):
             raise InvalidParameter(
                 f"given has {checks.shown(law)} for {checks.shown(name)}; give {remedy}"
             )

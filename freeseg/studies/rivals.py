@@ -237,7 +237,7 @@ def try_rivals(
     InvalidParameter, InvalidQuery
         For rivals that are no functions, and for what `pose` or a planner refuses.
     """
-    _check_rivals(rivals)
+    check_rivals(rivals)
     question = pose(case)
     # Whoever is timed just after the optimum was computed finds its code and data at hand.
     answers = {name: _ask(rival, question) for name, rival in rivals.items()}
@@ -291,7 +291,7 @@ def _judge(
     return {"outcome": outcome} | judged | found
 
 
-def _check_rivals(rivals: Mapping[str, Rival]) -> None:
+def check_rivals(rivals: Mapping[str, Rival]) -> None:
     """Raise `InvalidParameter` for what are no rivals."""
     checks.instance("rivals", rivals, Mapping, "a dict of name to rival")  # type: ignore[type-abstract]
     for name, rival in rivals.items():
@@ -335,7 +335,7 @@ def compare(
         For what are no cases, rivals that are no functions, or is no number of
         processes.
     """
-    _check_rivals(rivals)
+    check_rivals(rivals)
     cases = checks.sequence("cases", cases, "questions, such as ('paper', '13a')")
     found = run(
         partial(_try_rivals, rivals=rivals, pose=pose), cases, store, jobs=jobs, strict=True
@@ -366,7 +366,7 @@ def save_rivals(
     InvalidData
         For a file that cannot be written.
     """
-    write_rows(file, _checked(rows), STORED)
+    write_rows(file, check_rows(rows), STORED)
 
 
 def load_rivals(file: str | PathLike[str] = DATA / "rivals.npz") -> list[dict[str, Any]]:
@@ -431,7 +431,7 @@ def summarise(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     InvalidParameter
         For what are no such rows.
     """
-    ordered = _checked(rows)
+    ordered = check_rows(rows)
     exact = {(row["set"], row["question"]): row["ms"] for row in ordered if row["rival"] == EXACT}
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for row in ordered:
@@ -484,7 +484,7 @@ def _of(number: Callable[..., Any], values: np.ndarray, *more: float) -> float:
     return float(number(values, *more)) if len(values) else math.nan
 
 
-def _checked(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def check_rows(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Rows of `compare` as a list, or `InvalidParameter`."""
     remedy = "rows of compare, one or more"
     found: list[Mapping[str, Any]] = checks.instances("rows", rows, Mapping, remedy)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from freeseg import checks
+from freeseg import checks, metrics
 from freeseg.data import DATA, read_arrays
 from freeseg.disturbance import CHANNELS, Disturbance, shaken
 from freeseg.errors import InvalidData, InvalidParameter
@@ -295,19 +295,10 @@ def outcome(
     """
     checks.instance("course", course, Course, "a Course, such as one of paper_courses()")
     run = drive_drawn(tracker, course, *draw(statics, numbers, times))
-    assert run.error is not None, "it followed a reference"
-    points = np.moveaxis(run.pose[:2], 0, -1)
-    gap = course.world.distances(_points(points)).min((-1, -2)) - run.robot.radius
-    apart = np.hypot(*run.error[:2])
-    found = (np.atleast_1d(one) for one in (gap, apart.max(-1), apart[..., -1]))
-    return Outcome(*(read_only(np.asarray(one, float)) for one in found))
-
-
-def _points(points):
-    """Shapely's points, with an axis more for the obstacles."""
-    import shapely
-
-    return shapely.points(points)[..., None]
+    found = metrics.tracking(run, course.world)
+    names = "clearance_m", "position_max_m", "position_final_m"
+    clearance, farthest, missed = (np.atleast_1d(found[name]) for name in names)
+    return Outcome(*map(read_only, (clearance - run.robot.radius, farthest, missed)))
 
 
 def best_laws() -> dict[str, Any]:

@@ -60,6 +60,23 @@ class Tracker(Protocol):
         """
 
 
+def starts(gains: object) -> bool:
+    """Whether a law can be started from gains: from an object, and not from its class."""
+    return not isinstance(gains, type) and callable(getattr(gains, "start", None))
+
+
+def check_tracker(tracker: object) -> None:
+    """Raise `InvalidParameter` for what is no tracker, and say what it seems to be."""
+    if starts(tracker):
+        return
+    remedy = "give one, such as SlidingMode()"
+    if hasattr(tracker, "tracker"):
+        remedy = "give its .tracker"
+    elif callable(tracker) and not isinstance(tracker, type):
+        remedy += "; fs.drive(law, pose, dt, steps) drives by a law"
+    raise InvalidParameter(f"tracker is {checks.shown(tracker)}; {remedy}")
+
+
 def check_gains(tracker: Any, *switches: str) -> None:
     """Make every float of a tracker one; `InvalidParameter` unless positive and finite.
 

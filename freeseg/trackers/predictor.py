@@ -11,7 +11,7 @@ from freeseg.errors import InvalidParameter
 from freeseg.geometry import wrap_angle
 from freeseg.reference import Reference, pose_error
 from freeseg.robot import Robot, as_robot, body_velocity, moved_pose, wheel_speeds
-from freeseg.trackers.feedback import Law, Tracker
+from freeseg.trackers.feedback import Law, Tracker, check_tracker
 
 #: At that speed of a wheel (m/s), its slip is learned half as fast as at high speeds.
 CREEP = 0.02
@@ -83,10 +83,7 @@ class Predicting:
     observer: float = 0.0
 
     def __post_init__(self):
-        if isinstance(self.tracker, type) or not callable(getattr(self.tracker, "start", None)):
-            raise InvalidParameter(
-                f"tracker is {checks.shown(self.tracker)}; give one, such as SlidingMode()"
-            )
+        check_tracker(self.tracker)
         for name in ("delay", "lag", "observer"):
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
 
