@@ -848,6 +848,8 @@ CALLS = {
         {
             "intervals": {"kind": {"one": (1, 0, 2)}},
             "margin": 1,
+            "colors": None,
+            "lengths": True,
             "ax": AX,
         },
     ),

@@ -94,6 +94,15 @@ def test_intervals_stand_in_rows_from_above():
     plt.close("all")
 
 
+@pytest.mark.parametrize(("lengths", "told"), [(True, 1000), (False, 1)])
+def test_only_lengths_count_in_mm(lengths, told):
+    ax = fs.plotting.plot_intervals({"share": {"a": (1, 0, 1)}}, lengths=lengths)
+    ax.figure.canvas.draw()
+    texts = [float(label.get_text().replace("−", "-")) for label in ax.get_xticklabels()]
+    assert dict(zip(texts, ax.get_xticks(), strict=True))[told] == pytest.approx(1)
+    plt.close("all")
+
+
 def test_who_is_better_stands_higher():
     def pair(first, second, low, high):
         return statistics.Difference(first, second, (low + high) / 2, low, high)

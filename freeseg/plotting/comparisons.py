@@ -59,26 +59,28 @@ def plot_fronts(fronts, colors=None, ax=None):
     return ax
 
 
-def plot_intervals(intervals, margin=None, ax=None, colors=None):
+def plot_intervals(intervals, margin=None, ax=None, colors=None, lengths=True):
     """Means with intervals, a row for each law, and several kinds in a row.
 
     Parameters
     ----------
     intervals : dict
-        Name of each kind to a dict of name of each law to mean, low and high (m).
+        Name of each kind to a dict of name of each law to mean, low and high.
     margin : float, optional
-        Differences that count as none (m): a band about zero.
+        Differences that count as none: a band about zero.
     ax : matplotlib Axes, optional
         Where to draw.
     colors : dict, optional
         Kind to colour.
+    lengths : bool, optional
+        Whether these are lengths (m), whose ticks count in mm; shares are not.
 
     Returns
     -------
     matplotlib Axes
     """
     checks.instance("intervals", intervals, Mapping, "a dict of kind to a dict of law to interval")
-    colors = check_colors(colors, intervals)
+    colors, lengths = check_colors(colors, intervals), checks.flag("lengths", lengths)
     if not intervals or not all(isinstance(kind, Mapping) for kind in intervals.values()):
         raise InvalidParameter(
             f"intervals is {checks.shown(intervals)}; give a dict of kind to a dict of law to "
@@ -101,7 +103,8 @@ def plot_intervals(intervals, margin=None, ax=None, colors=None):
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.grid(axis="x", color="0.92")
-    count_in_mm(ax.xaxis)
+    if lengths:
+        count_in_mm(ax.xaxis)
     if len(intervals) > 1:
         ax.legend(frameon=False)
     return ax
