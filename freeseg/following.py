@@ -28,6 +28,10 @@ DOCKING = 0.03
 #: rate (rad/s).
 APPROACH, STEERING, TURN_RATE = 2.0, 4.0, 3.0
 
+#: How fast a robot turns in place before it follows (rad/s), and by what angle (rad) it need not.
+#: A plan that takes the time of the turn into account may ask for another turn, so often at most.
+TURNING, ALIGNED, TURNS_TRIED = 2.5, 1e-3, 8
+
 
 @dataclass(frozen=True)
 class Following:
@@ -66,9 +70,12 @@ class Following:
 
     Notes
     -----
-    A timed plan is made for where the movers are when half of its reference's lateness has
-    passed, see `timed_reference`. A tracker that keeps out is told that the wheels reach the
-    top speed and no more, so that it never counts on more.
+    The robot first turns in place, to where its reference begins, and then follows: a tracker
+    that has to turn it while its reference drives on swings wide. A timed plan is made for
+    where the movers are when it has turned, and half of its reference's lateness has passed,
+    see `timed_reference`; that nothing comes while it turns is not looked at. A tracker that
+    keeps out is told that the wheels reach the top speed and no more, so that it never counts
+    on more.
     """
 
     tracker: Tracker = field(default_factory=Kanayama)
@@ -129,38 +136,54 @@ class Following:
         if self.keep_out:
             rate = min(robot.max_wheel_rate, self.speed / robot.wheel_radius)
             robot = replace(robot, max_wheel_rate=rate)
-        begun: list[tuple[Reference, Law]] = []
+        begun: list[tuple[Reference, Law, float, float]] = []
 
         def law(t, pose):
             if not begun:
-                begun.append(self._begin(scene, pose[:2], goal, robot, dt))
-            reference, track = begun[0]
+                begun.append(self._begin(scene, pose, goal, robot, dt))
+            reference, track, turned, rate = begun[0]
+            if t < turned:
+                return 0.0, rate
             to = goal - pose[:2]
             left = math.hypot(*to)
-            if t < reference.duration or (self.keep_out and left > DOCKING):
-                return track(t, pose)
+            if t - turned < reference.duration or (self.keep_out and left > DOCKING):
+                return track(t - turned, pose)
             error = wrap_angle(np.arctan2(to[1], to[0]) - pose[2])
             return steer(error, min(self.speed, APPROACH * left), STEERING, TURN_RATE)
 
         return law
 
     def _begin(
-        self, scene: Scene, place: np.ndarray, goal: np.ndarray, robot: Robot, dt: float
-    ) -> tuple[Reference, Law]:
-        """The reference from a place (m), and the tracker's law."""
-        if self.timed:
-            speed = (1 - self.reserve) * self.speed
-            later = scene_after(scene, speed / self.acceleration / 2)
-            timed = time_minimal_plan(later, place, goal, speed, robot, self.margin)
-            reference = timed_reference(timed, self.acceleration)
-        else:
-            plan = shortest_path(scene.world, place, goal, robot, self.margin)
-            reference = make_reference(plan, speed=self.speed, acceleration=self.acceleration)
+        self, scene: Scene, pose: np.ndarray, goal: np.ndarray, robot: Robot, dt: float
+    ) -> tuple[Reference, Law, float, float]:
+        """The reference from a pose, the tracker's law; and till when (s), how fast it turns."""
+        turned = rate = 0.0
+        for _ in range(TURNS_TRIED):
+            reference = self._reference(scene_after(scene, turned), pose[:2], goal, robot)
+            angle = float(wrap_angle(reference.pose[2, 0] - pose[2]))
+            needed = dt * math.ceil(abs(angle) / (TURNING * dt)) if abs(angle) > ALIGNED else 0.0
+            # Later than it had to be is no harm.
+            turned, enough = max(turned, needed), needed <= turned
+            rate = angle / turned if turned else 0.0
+            if enough:
+                break
         tracker: Any = self.tracker
         if self.keep_out:
             estimates = Estimates(scene, dt, self.noise, self.speed)
-            tracker = replace(tracker, obstacles=lambda t: self._grown(estimates.at(t)))
-        return reference, tracker.start(reference, robot, dt)
+            tracker = replace(tracker, obstacles=lambda t: self._grown(estimates.at(t + turned)))
+        return reference, tracker.start(reference, robot, dt), turned, rate
+
+    def _reference(
+        self, scene: Scene, place: np.ndarray, goal: np.ndarray, robot: Robot
+    ) -> Reference:
+        """What is followed from a place (m), in a scene from then on."""
+        if not self.timed:
+            plan = shortest_path(scene.world, place, goal, robot, self.margin)
+            return make_reference(plan, speed=self.speed, acceleration=self.acceleration)
+        speed = (1 - self.reserve) * self.speed
+        later = scene_after(scene, speed / self.acceleration / 2)
+        timed = time_minimal_plan(later, place, goal, speed, robot, self.margin)
+        return timed_reference(timed, self.acceleration)
 
     def _grown(self, scene: Scene) -> Scene:
         """All obstacles as movers that are larger by half of the margin, as the planners' are."""

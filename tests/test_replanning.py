@@ -155,6 +155,26 @@ def test_doing_nothing_collides_and_knowing_does_not():
     assert told.t[-1] < 1.06 * best
 
 
+@pytest.mark.parametrize("timed", [True, False])
+@pytest.mark.parametrize("heading", [2.0, -0.7])
+def test_who_follows_turns_in_place_first(timed, heading):
+    run = fs.react(Following(timed=timed), fs.World([]), (*START, heading), GOAL)
+    moving = np.hypot(*run.pose[:2]) > 1e-4
+    begin = int(np.argmax(moving))
+    assert abs(run.pose[2, begin]) < 0.1
+    # 2.5 rad/s, and what the wheels need to get going.
+    assert run.t[begin] == pytest.approx(abs(heading) / 2.5, abs=0.15)
+    assert np.abs(run.pose[1]).max() < 0.005
+
+
+def test_the_time_of_the_turn_is_in_the_plan():
+    """A mover that is past the straight way at once, but not for who has to turn round first."""
+    scene = fs.Scene(fs.World([]), [fs.Mover(fs.Disc((0.35, 0.33), 0.05), velocity=(0, -0.06))])
+    run = fs.react(Following(timed=True), scene, (*START, np.pi), GOAL)
+    assert run.collision is None
+    assert run.clearance > run.robot.radius + 0.003
+
+
 def test_an_mpc_that_foresees_movers_keeps_out_of_them():
     seen = observe(CROSSING, noise=0.002, seed=0)
     mpc = fs.Mpc(horizon=20, nearest=1)

@@ -8,7 +8,8 @@ it prints how long it takes to plan again among many movers, by the processor's 
 
 ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``)
 chooses the velocity nearest to the wanted one that avoids all collisions within a time horizon.
-It takes it that every agent does its half of that. Movers here do not yield, and it is not told
+What stands it avoids by itself; of what moves, it takes it that every agent does its half of
+that. Movers here do not yield, and it is not told
 so: it finds out at the next step. Its robot has the margin of the others that plan, is told the
 estimates that they are told, and turns towards the velocity chosen as re-planning does.
 """
@@ -29,12 +30,8 @@ from freeseg.replanning import SIGHT_NOISE, Estimates, Replanning
 from freeseg.segments import MARGIN
 from freeseg.studies import moving, store
 
-#: Names of the reactive laws, and their classes.
-REACTIVE = {
-    "potential field": "PotentialField",
-    "VFH+": "VectorFieldHistogram",
-    "dynamic window": "DynamicWindow",
-}
+#: Corners of the polygon round a disc that stands.
+STANDING_CORNERS = 16
 
 
 @dataclass(frozen=True)
@@ -53,26 +50,29 @@ class Orca:
 
         goal, robot = check_drive(scene, goal, robot, dt)
         estimates = Estimates(scene, dt, SIGHT_NOISE, SPEED)
-        others = len(scene)
+        others = len(scene.movers)
         radius = robot.radius + self.margin / 2
         simulator = pyrvo.RVOSimulator(
             dt, self.reach, others, self.horizon, self.horizon, radius, SPEED
         )
         for _ in range(1 + others):
             simulator.add_agent((0.0, 0.0))
+        # What stands is avoided in full, not by half.
+        corners = unit(2 * np.pi / STANDING_CORNERS * np.arange(STANDING_CORNERS))
+        for disc in scene.world:
+            ring = disc.center + disc.radius / np.cos(np.pi / STANDING_CORNERS) * corners
+            simulator.add_obstacle([tuple(corner) for corner in ring])
+        simulator.process_obstacles()
 
         velocity_now = (0.0, 0.0)
 
         def law(t, pose):
             nonlocal velocity_now
-            known = estimates.at(t)
-            moves = [(disc, (0.0, 0.0)) for disc in known.world]
-            moves += [(mover.obstacle, mover.velocity) for mover in known.movers]
-            for agent, (disc, velocity) in enumerate(moves, 1):
-                simulator.set_agent_position(agent, tuple(disc.center))
-                simulator.set_agent_velocity(agent, tuple(velocity))
-                simulator.set_agent_pref_velocity(agent, tuple(velocity))
-                simulator.set_agent_radius(agent, disc.radius)
+            for agent, mover in enumerate(estimates.at(t).movers, 1):
+                simulator.set_agent_position(agent, tuple(mover.obstacle.center))
+                simulator.set_agent_velocity(agent, tuple(mover.velocity))
+                simulator.set_agent_pref_velocity(agent, tuple(mover.velocity))
+                simulator.set_agent_radius(agent, mover.obstacle.radius)
             to = goal - pose[:2]
             left = math.hypot(*to)
             wanted = to / left * min(SPEED, 2 * left) if left else to
