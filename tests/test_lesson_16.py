@@ -118,17 +118,18 @@ def drives_of(outcomes, early=0.0, scenes=40):
     ],
 )
 def test_the_words_on_pairs_follow_the_drives(crashes, early, arrivals, delays):
-    word, beside = lesson(STEM, "word", "beside")
+    word = lesson(STEM, "word")
     rows = drives_of(lambda scene: "collided" if crashes(scene) else "arrived", early)
-    ((name, ends, (low, high), both),) = beside(rows)
-    assert (name, both) == ("other", sum(not crashes(scene) for scene in range(40)))
+    ((name, ends, (low, high), gaps),) = moving.beside(rows)
+    assert (name, len(gaps)) == ("other", sum(not crashes(scene) for scene in range(40)))
+    assert low < np.median(gaps) < high
     assert (word(*ends), word(-high, -low)) == (arrivals, delays)
 
 
 def test_the_rival_s_name_may_stand_first_or_last():
-    word, beside = lesson(STEM, "word", "beside")
+    word = lesson(STEM, "word")
     rows = drives_of(lambda scene: "arrived" if scene % 2 else "collided")
-    ((_, ends, _, _),) = beside(rows)
-    ((_, turned, _, _),) = beside(rows, rival="other")
+    ((_, ends, _, _),) = moving.beside(rows)
+    ((_, turned, _, _),) = moving.beside(rows, rival="other")
     assert (word(*ends), word(*turned)) == ("worse", "better")
     assert_allclose(ends, np.negative(turned)[::-1])

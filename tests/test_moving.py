@@ -143,3 +143,15 @@ def test_what_are_no_methods_is_refused():
             moving.drive_all(0, bad)
     with pytest.raises(fs.InvalidParameter, match="by is"):
         moving.summarise([row()], by=("scene",))
+
+
+def test_a_method_beside_another_needs_scenes_in_which_both_arrive():
+    rows = moving.load_drives()
+    found = moving.beside(rows)
+    assert {one.method for one in found} == {row["method"] for row in rows} - {"re-planning"}
+    assert all(one.delay[0] < one.delays.mean() < one.delay[1] for one in found)
+    with pytest.raises(fs.InvalidParameter, match="rival is"):
+        moving.beside(rows, "luck")
+    never = [row | {"arrival_s": np.nan} for row in rows]
+    with pytest.raises(fs.InvalidParameter, match="rows has 0 scenes"):
+        moving.beside(never)

@@ -489,6 +489,71 @@ def pairs(rows: Iterable[Mapping[str, Any]]) -> tuple[Difference, ...]:
     )
 
 
+class Beside(NamedTuple):
+    """What pairs of drives, each in one scene, say of a method and a rival.
+
+    Attributes
+    ----------
+    method : str
+    arrivals : (float, float)
+        Interval of its share of arrivals less the rival's, simultaneous with those of
+        all pairs of methods.
+    delay : (float, float)
+        Interval of its mean delay less the rival's, simultaneous with those of all methods
+        beside that rival.
+    delays : ndarray, shape (k,)
+        That difference in each scene in which both arrive and there is a bound, relative to it.
+    """
+
+    method: str
+    arrivals: tuple[float, float]
+    delay: tuple[float, float]
+    delays: np.ndarray
+
+
+def beside(rows: Iterable[Mapping[str, Any]], rival: str = "re-planning") -> list[Beside]:
+    """Each method beside one of them, in pairs.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        As for `pairs`.
+    rival : str, optional
+        Name of the one that all others are compared with.
+
+    Returns
+    -------
+    list of Beside
+        In the order of `pairs`.
+
+    Raises
+    ------
+    InvalidParameter
+        As `pairs`; for a rival that is no method; and where fewer than four scenes have both
+        arrive.
+    """
+    found = _checked(rows)
+    checks.choice("rival", rival, {row["method"]: None for row in found})
+    saved = ARRIVED / SPEED
+    late = {
+        (row["method"], row["scene"]): row["arrival_s"] / (row["bound_s"] - saved) for row in found
+    }
+    chosen = [pair for pair in pairs(found) if rival in pair[:2]]
+    judged = []
+    for first, second, _, low, high in chosen:
+        name, arrivals = (first, (low, high)) if second == rival else (second, (-high, -low))
+        gaps = np.array([late[key] - late[rival, key[1]] for key in late if key[0] == name])
+        gaps = gaps[np.isfinite(gaps)]
+        if len(gaps) < 4:
+            raise InvalidParameter(
+                f"rows has {len(gaps)} scenes in which {name} and {rival} arrive"
+            )
+        level = 1 - 0.05 / len(chosen)
+        delay = interval(np.tile(gaps[:, None], 4), studentised=True, level=level)
+        judged.append(Beside(name, arrivals, delay, gaps))
+    return judged
+
+
 def _checked(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Rows of `compare` as a list, or `InvalidParameter`."""
     remedy = "rows of compare, one or more"
