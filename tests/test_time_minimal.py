@@ -223,8 +223,17 @@ def test_it_waits_for_what_covers_the_goal():
 
 @pytest.mark.parametrize(
     ("seed", "grid"),
-    # At a gap about to open, at a goal about to be left, and at corners that lead to those.
-    [(25, 8.19457), (40, 6.99998), (43, 8.81766), (51, 8.02295), (697, 9.36394), (770, 9.34390)],
+    # At a gap about to open, at a goal about to be left, at corners that lead to those, and on a
+    # rim, until such a corner comes by.
+    [
+        (25, 8.19457),
+        (40, 6.99998),
+        (43, 8.81766),
+        (51, 8.02295),
+        (697, 9.36394),
+        (770, 9.34390),
+        (347, 9.49751),
+    ],
 )
 def test_waiting_pays_where_a_grid_in_space_and_time_found_that_it_does(seed, grid):
     plan = crossings.plan_crossing(seed)
@@ -233,6 +242,14 @@ def test_waiting_pays_where_a_grid_in_space_and_time_found_that_it_does(seed, gr
     t = np.linspace(0, plan.arrival, 5000)
     assert np.hypot(*plan.path.at(t)[1]).max() <= crossings.CROSSING_SPEED * (1 + 1e-6)
     assert plan.scene.clearance(plan.path) >= crossings.CROSSING_KEEP - 1e-7
+
+
+@pytest.mark.parametrize("seed", [745, 968])
+def test_a_ride_to_another_wait_ends_before_it_is_faster_than_the_robot(seed):
+    # Where three discs meet, corners of two of them part, and one may part in a leap.
+    plan = crossings.plan_crossing(seed)
+    t = np.linspace(0, plan.arrival, 5000)
+    assert np.hypot(*plan.path.at(t)[1]).max() <= crossings.CROSSING_SPEED * (1 + 1e-6)
 
 
 def test_a_place_where_a_mover_will_leave_the_goal_is_not_yet_the_goal():

@@ -16,7 +16,8 @@ time, when it is the most promising of all, and whether a line is free is asked 
 Where two discs overlap, both slides end at their common corner. What waits there can ride on
 it as long as it is slower than the robot, and goes on sliding when it is no longer: so a gap
 that opens is passed as early as can be. And what covers the goal is followed until it leaves
-it. Both are *waits*: places that move, where the robot must be by a certain time.
+it. Both are *waits*: places that move, where the robot must be by a certain time. A slide that is
+too early for one can stop on the rim until it comes by.
 
 Loops over arrays and nothing else, so that numba can compile this file; see
 `compilation`.
@@ -82,6 +83,9 @@ LEAST = 1e-300
 
 #: A slide that ends so close (m) to a wait is there.
 THERE = 3e-8
+
+#: A place of a rim is met by a corner at so many times that are looked at.
+MEETINGS = 8
 
 #: A ride to a wait is followed back in so many steps.
 RIDE_LOOKS = 400
@@ -493,8 +497,8 @@ def lead_in(field, wait, end, parts, count):
             if i < 0:
                 continue
             row[ONE], row[SIDE], row[SHAPE : SHAPE + 6] = i, side, field.disc[i]
-            px, py, _, _ = wait_at(row, end)
-            if math.hypot(px - x, py - y) > THERE:
+            px, py, vx, vy = wait_at(row, end)
+            if math.hypot(px - x, py - y) > THERE or math.hypot(vx, vy) >= field.speed:
                 continue
             step, since = end / RIDE_LOOKS, end
             while since - step >= 0 and is_ride(field, row, since - step):
@@ -597,7 +601,7 @@ def go_on(field, labels, a, newest, waited, moves, count, heap):
     label = labels[a]
     begin = label[DONE]
     end = min(begin + PART, 2 * math.pi)
-    looks = np.empty((LOOKS + 1, 6))
+    looks = np.empty((LOOKS + 1, 7))
     look(field, label, begin, end, looks)
     stop = first_end(field, labels, a, newest, looks)
     label[DONE] = stop
@@ -610,7 +614,7 @@ def go_on(field, labels, a, newest, waited, moves, count, heap):
             for side in range(2 if j != TARGET else 1):
                 sense = 1 - 2 * side
                 moves, count = leave(field, label, a, j, sense, looks, moves, count, heap)
-    _, x, y, _, _, t = looks[0]
+    _, x, y, _, _, t, _ = looks[0]
     for k in range(len(field.wait)):
         wait = field.wait[k]
         far = math.hypot(wait[END_X] - x, wait[END_Y] - y)
@@ -619,11 +623,12 @@ def go_on(field, labels, a, newest, waited, moves, count, heap):
             j = len(field.disc) + k
             moves, count = leave(field, label, a, j, 1, looks, moves, count, heap)
     if stop < end:
-        _, x, y, _, _, t = looks[LOOKS]
+        _, x, y, _, _, t, _ = looks[LOOKS]
         moves, count = change_wait(field, a, stop, x, y, t, moves, count, heap)
     moves, count = ride_to_goal(field, label, a, begin, moves, count, heap)
+    moves, count = ride_to_corners(field, label, a, begin, waited, moves, count, heap)
     if stop == end and end < 2 * math.pi:
-        _, x, y, _, _, t = looks[LOOKS]
+        _, x, y, _, _, t, _ = looks[LOOKS]
         promise = earliest(field, x, y, t)
         if promise < math.inf:
             heappush(heap, (promise, -1 - a))
@@ -631,13 +636,18 @@ def go_on(field, labels, a, newest, waited, moves, count, heap):
 
 
 def look(field, label, begin, end, looks):
-    """Note how far, where, how fast and when, at even steps of a slide."""
+    """Note how far, where, how fast, when, and how far its velocity turned, at steps of a slide."""
+    looks[0, 6] = 0.0
     for k in range(LOOKS + 1):
         turned = begin + (end - begin) * (k / LOOKS)
         looks[k, 0] = turned if k < LOOKS else end
         looks[k, 1], looks[k, 2], looks[k, 3], looks[k, 4], looks[k, 5] = slide_at(
             field, label, looks[k, 0]
         )
+        if k > 0:
+            _, _, _, vx, vy, _, so_far = looks[k - 1]
+            sine, cosine = vx * looks[k, 4] - vy * looks[k, 3], vx * looks[k, 3] + vy * looks[k, 4]
+            looks[k, 6] = so_far + abs(math.atan2(sine, cosine))
 
 
 def first_end(field, labels, a, newest, looks):
@@ -752,14 +762,16 @@ def first_met(field, label, begin, stop, j, e):
 
 def leave(field, label, a, j, sense, looks, moves, count, heap):
     """List the lines that leave a slide, in the part looked at, and graze disc j."""
-    _, x, y, vx, vy, t = looks[0]
+    _, x, y, vx, vy, t, _ = looks[0]
     sine, cosine, far = aside(field, x, y, vx, vy, t, j, sense)
+    if j < len(field.disc) and passes_by(field, looks, j, cosine, far):
+        return moves, count
     speed = 2 * field.speed
     if j < len(field.disc):
         speed = field.speed + math.hypot(field.disc[j, U], field.disc[j, W])
     for k in range(LOOKS):
         begin, end, from_t = looks[k, 0], looks[k + 1, 0], looks[k, 5]
-        _, x, y, vx, vy, t = looks[k + 1]
+        _, x, y, vx, vy, t, _ = looks[k + 1]
         next_sine, next_cosine, next_far = aside(field, x, y, vx, vy, t, j, sense)
         # So close to a small disc, its direction changes by much in one step.
         steps = min(int(2 * speed * (t - from_t) / max(min(far, next_far), 1e-12)) + 1, 64)
@@ -779,6 +791,24 @@ def leave(field, label, a, j, sense, looks, moves, count, heap):
             turned, sine, cosine = to, to_sine, to_cosine
         far = next_far
     return moves, count
+
+
+def passes_by(field, looks, j, cosine, far):
+    """Whether a slide, in the part looked at, surely never points along a line that grazes disc j.
+
+    Given are the cosine of the angle between the two where the part begins, and the distance (m).
+    """
+    _, _, u, w, radius, g = field.disc[j]
+    t, lasts, pace = looks[0, 5], looks[LOOKS, 5] - looks[0, 5], math.hypot(u, w)
+    moved = (field.speed + pace + g) * lasts
+    near, r = far - moved, radius + g * (t + lasts)
+    if near <= r:
+        return False
+    # A tangent turns by no more than it is moved sideways, over its length, and the velocity along
+    # it, which is the disc's and a part along the tangent, by so many times that.
+    times = 1 + pace / math.sqrt(field.speed * field.speed - (pace + g) * (pace + g))
+    turned = looks[LOOKS, 6] + times * moved / math.sqrt(near * near - r * r)
+    return turned < math.pi and cosine < math.cos(turned)
 
 
 def aside(field, x, y, vx, vy, t, j, sense):
@@ -841,6 +871,29 @@ def ride_to_goal(field, label, a, begin, moves, count, heap):
     vx, vy = field.disc[i, U] + g * nx, field.disc[i, W] + g * ny
     move = (a + 0.0, ahead, x, y, vx, vy, t, when - t, TARGET + 0.0, 1.0, 0.0, RIDE + 0.0)
     return list_move(field, move, 0.0, 0.0, moves, count, heap)
+
+
+def ride_to_corners(field, label, a, begin, waited, moves, count, heap):
+    """List the rides at places of the rim to where a corner that can be waited at comes later."""
+    i = int(label[DISC])
+    cx, cy, u, w, _, g = field.disc[i]
+    for k in range(len(field.wait)):
+        wait = field.wait[k]
+        if waited[k] or wait[WAIT] == RELEASE or (i != int(wait[ONE]) and i != int(wait[OTHER])):
+            continue
+        for m in range(MEETINGS):
+            when = wait[SINCE] + (wait[UNTIL] - wait[SINCE]) * (m / MEETINGS)
+            px, py, _, _ = wait_at(wait, when)
+            angle = math.atan2(py - cy - w * when, px - cx - u * when)
+            ahead = (label[SENSE] * (angle - label[BEARING])) % (2 * math.pi)
+            if begin < ahead <= label[DONE] or begin == ahead == 0:
+                x, y, _, _, t = slide_at(field, label, ahead)
+                if t < when:
+                    vx, vy = u + g * math.cos(angle), w + g * math.sin(angle)
+                    onto, lasts = len(field.disc) + k + 0.0, when - t
+                    move = (a + 0.0, ahead, x, y, vx, vy, t, lasts, onto, 1.0, 0.0, RIDE + 0.0)
+                    moves, count = list_move(field, move, 1.0, 0.0, moves, count, heap)
+    return moves, count
 
 
 def is_open(field, labels, move):
