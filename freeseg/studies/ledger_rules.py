@@ -574,7 +574,7 @@ def good_alternative(rivals: dict[str, Any]) -> Verdict:
 
 
 #: How a law whose numbers are so stands to a rival, where small is good.
-STANDING = {
+BESIDE_RIVALS = {
     SMALLER: "ahead of",
     LARGER: "behind",
     EQUIVALENT: "level with",
@@ -585,7 +585,7 @@ STANDING = {
 def _beside(found: Any, margin: float, unit: str, factor: float) -> tuple[list[str], str]:
     """Verdict on each rival, and a sentence on all of them."""
     said = [verdict(low, high, margin) for _, low, high in found]
-    counts = ", ".join(f"{STANDING[one]} {said.count(one)}" for one in dict.fromkeys(said))
+    counts = ", ".join(f"{BESIDE_RIVALS[one]} {said.count(one)}" for one in dict.fromkeys(said))
     low = factor * min(low for _, low, _ in found)
     high = factor * max(high for _, _, high in found)
     return said, (
