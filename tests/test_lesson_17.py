@@ -51,6 +51,8 @@ def test_the_three_findings(defined):
     outcome = {one: judged.verdict.outcome for one, judged in defined["by_id"].items()}
     assert outcome["C58"] is outcome["C60"] is Outcome.ASSUMED
     assert outcome["C24"] is outcome["C59"] is outcome["C15"] is Outcome.FAILS
+    assert outcome["C65"] is Outcome.HOLDS
+    assert outcome["C63"] is outcome["C19"] is outcome["C64"] is Outcome.ASSUMED
     assert outcome["C06"] is outcome["C14"] is outcome["C05"] is Outcome.PART
 
 

@@ -4,16 +4,20 @@ A rule is a function of the digests that a row of ``data/claims.csv`` names, in 
 nothing else. Its thresholds stand in it: whoever disagrees with a verdict finds what to argue with.
 """
 
+import math
 from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from freeseg.robot import KheperaIV
 from freeseg.studies.comparing import NO_DIFFERENCE
 from freeseg.studies.courses import WIDE_MARGIN
 from freeseg.studies.ledger_equations import STATES
-from freeseg.studies.ledger_evidence import FAR_REACH, LATEST, ONE_IN, STRONGER
+from freeseg.studies.ledger_evidence import FAR, FAR_REACH, LATEST, NEAR_START, ONE_IN, STRONGER
+from freeseg.studies.moving import TICK
 from freeseg.studies.statistics import (
     EQUIVALENT,
     LARGER,
@@ -23,6 +27,7 @@ from freeseg.studies.statistics import (
     share,
     verdict,
 )
+from freeseg.studies.tracking import REGIMES
 
 #: An equation is reproduced where the deviation is below this, in SI units.
 EQUAL = 1e-6
@@ -38,6 +43,11 @@ TOO_MANY = 0.05
 
 #: The difference of settling times that counts as none (s).
 NO_TIME = 0.1
+
+#: How far off the reference the runs from far off begin, at most.
+FAR_START = "up to {:.0f} mm and {:.0f}° off".format(
+    *np.multiply(REGIMES[FAR.regime].offset, (1000, np.degrees(1)))
+)
 
 
 class Outcome(StrEnum):
@@ -356,7 +366,8 @@ def _blindly(movers: dict[str, Any]) -> str:
     """What becomes of a plan among movers that is made once."""
     few, _, many = movers["movers"]
     return (
-        f"among {few:.0f} to {many:.0f} movers, a robot that plans once, round what stands, "
+        f"among {few:.0f} to {many:.0f} obstacles that move, a robot that plans once, round what "
+        "stands, "
         f"collides in {_percent(movers['blind_hit'])} of {movers['scenes']} scenes"
     )
 
@@ -378,7 +389,7 @@ def static_only(movers: dict[str, Any]) -> Verdict:
     """The limit that the abstract sets: whether it is needed."""
     low, high = (-100 * end for end in reversed(movers["fewer"]))
     effect = (
-        f"{_blindly(movers)}; one that plans anew 20 times a second does in "
+        f"{_blindly(movers)}; one that plans anew {1 / TICK:.0f} times a second does in "
         f"{_percent(movers['anew_hit'])}, and arrives {low:.0f} to {high:.0f} percentage points "
         "more often"
     )
@@ -644,7 +655,7 @@ def stable(comparison: dict[str, Any]) -> Verdict:
     """Starts 50 mm and 60 degrees off."""
     settled = comparison["settled"]
     effect = (
-        f"{_percent(settled)} of the runs that start up to 50 mm and 60° off the reference "
+        f"{_percent(settled)} of the runs that start {FAR_START} the reference "
         f"settle within {LATEST:.0f} s"
     )
     if settled.share == 1:
@@ -660,7 +671,7 @@ def robust_and_fast(comparison: dict[str, Any], stress: dict[str, Any]) -> Verdi
     said, text = _beside(comparison["settling"], NO_TIME, "s", 1)
     bad, stands = _stands(stress)
     effect = (
-        f"from starts up to 50 mm and 60° off it settles in "
+        f"from starts {FAR_START} it settles in "
         f"{_estimate(comparison['settles_in_s'], 's')}, {text}. "
         f"{stands}"
     )
@@ -674,7 +685,7 @@ def good_transient(comparison: dict[str, Any]) -> Verdict:
     """Errors from far starts."""
     said, text = _beside(comparison["far"], NO_DIFFERENCE, "mm", 1000)
     rms = _estimate(comparison["rms_mm"]["far"], "mm")
-    effect = f"RMS error {rms} from starts up to 50 mm and 60° off; {text}"
+    effect = f"RMS error {rms} from starts {FAR_START}; {text}"
     return _no_better(said, effect, "it comes back well")
 
 
@@ -767,8 +778,9 @@ def saturation_calms(chatter: dict[str, Any]) -> Verdict:
 
 def _near_and_far(driven: dict[str, Any]) -> str:
     low, high = sorted(driven["far"])
+    begun = 1000 * math.hypot(NEAR_START, NEAR_START)
     return (
-        f"undisturbed, an error of 14 mm is {driven['near_mm']:.2f} mm at the end; of "
+        f"undisturbed, an error of {begun:.0f} mm is {driven['near_mm']:.2f} mm at the end; of "
         f"{driven['starts']} starts within ±{FAR_REACH:g} m of the reference {100 * low:.0f} to "
         f"{100 * high:.0f} % come back, in two cases"
     )
