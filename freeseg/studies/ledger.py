@@ -37,13 +37,15 @@ class Claim(NamedTuple):
         One of `CLAIM_KINDS`.
     quotation : str
         A few of the paper's words.
+    meaning : str
+        What the sentence says, for who has not read the paper.
     rule : str
         Which of `ledger_rules.CLAIM_RULES` judges it.
     evidence : tuple of str
         What the rule is given, of `ledger_evidence.SOURCES`: the verdict depends on
         this and nothing else.
-    notebook : str
-        Stem of the notebook that shows the evidence.
+    notebooks : tuple of str
+        Stems of the notebooks that show the evidence.
     """
 
     id: str
@@ -51,9 +53,10 @@ class Claim(NamedTuple):
     place: str
     kind: str
     quotation: str
+    meaning: str
     rule: str
     evidence: tuple[str, ...]
-    notebook: str
+    notebooks: tuple[str, ...]
 
 
 class Judged(NamedTuple):
@@ -85,7 +88,9 @@ def load_claims(file: str | PathLike[str] = DATA / "claims.csv") -> list[Claim]:
     claims: list[Claim] = []
     for row in read_csv(path, dict.fromkeys(Claim._fields, str)):
         where = f"{path.name}, row {row.pop('row')}"
-        claim = Claim(**row | {"evidence": tuple(row["evidence"].split())})
+        claim = Claim(
+            **row | {name: tuple(row[name].split()) for name in ("evidence", "notebooks")}
+        )
         known = {"section": PARTS, "kind": CLAIM_KINDS, "rule": CLAIM_RULES}
         given = [(name, getattr(claim, name), known[name]) for name in known]
         given += [("evidence", one, SOURCES) for one in claim.evidence]

@@ -22,9 +22,21 @@ from freeseg.reference import make_reference
 from freeseg.robot import KheperaIV
 from freeseg.segments import MARGIN, free_segments
 from freeseg.simulate import simulate
-from freeseg.studies import comparing, courses, orders, rivals, statistics, tracking, tuning
+from freeseg.studies import (
+    comparing,
+    courses,
+    crossings,
+    moving,
+    orders,
+    rivals,
+    statistics,
+    stress,
+    tracking,
+    tuning,
+)
 from freeseg.studies.ledger_equations import check_equations
 from freeseg.studies.sizes import OPTIMAL, by_group
+from freeseg.studies.splitting import Tail, lowest_level
 from freeseg.trackers import SlidingMode
 
 #: The paper's law, as `comparing` calls it.
@@ -41,6 +53,15 @@ LATEST = 8.0
 
 #: Starts beside the reference, ahead and to the left (m), from which a robot is to come back.
 NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 13
+
+#: How often contact is accepted: in one of so many runs.
+ONE_IN = 1000
+
+#: How much stronger than usual a cause of failures is, that a robust law stands.
+STRONGER = 4.0
+
+#: What plans among movers anew for every command, and what looks at none of them.
+ANEW, BLIND = "re-planning", "nothing"
 
 #: A robot is back where its error is below this in the end (m).
 BACK = 0.01
@@ -118,6 +139,7 @@ def _segments(lengths: dict[int, list[float]]) -> dict[str, Any]:
         "counts": sorted({len(some) for some in lengths.values()}),
         "between": sum(diameter < one < diameter + MARGIN for one in every),
         "measured": len(every),
+        "limits_mm": (1000 * diameter, 1000 * (diameter + MARGIN)),
     }
 
 
@@ -237,16 +259,15 @@ def orders_columns(order: str) -> list[str]:
     return [f"{order}_{one}" for one in ("segments", "endpoints", "retries", "distances")]
 
 
-def _load_rivals() -> list[dict[str, Any]]:
-    return rivals.summarise(rivals.load_rivals())
-
-
 def _rivals(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    found = {(row["set"], row["rival"]): row for row in rows}
+    found = {(row["set"], row["rival"]): row for row in rivals.summarise(rows)}
     sets = list(dict.fromkeys(row["set"] for row in rows))
     ours = [found[kind, "paper, completed"] for kind in sets]
     exact = [found[kind, "exact"] for kind in sets]
-    first = found["paper", "paper, length first"]
+    safety, length = (
+        np.array([row["ms"] for row in rows if (row["set"], row["rival"]) == ("paper", rival)])
+        for rival in ("paper, completed", "paper, length first")
+    )
     return {
         "questions": sum(row["questions"] for row in ours),
         "solved": sum(row["solved"] for row in ours),
@@ -256,7 +277,7 @@ def _rivals(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "slower": _ends(
             [a["median_ms"] / b["median_ms"] for a, b in zip(ours, exact, strict=True)]
         ),
-        "safety_first": found["paper", "paper, completed"]["median_ms"] / first["median_ms"],
+        "safety_first": _ends(safety / length),
     }
 
 
@@ -272,17 +293,99 @@ def _comparison(runs: Mapping[comparing.Cell, Mapping[str, Any]]) -> dict[str, A
     found: dict[str, Any] = {
         name: tuple(comparing.against(one, OUR_LAW).values()) for name, one in values.items()
     }
-    found["rms_mm"] = {name: 1000 * float(one[OUR_LAW].mean()) for name, one in values.items()}
+    best = min(values["usual"].values(), key=np.mean)
+    settled = settling[OUR_LAW] < LATEST
+    found["rms_mm"] = {
+        name: _mean(1000 * values[name][OUR_LAW]) for name in ("usual", "harsh", "far")
+    }
     found["hits"] = statistics.share(int(ours.sum()), ours.size)
-    found["least_rms_mm"] = 1000 * min(float(one.mean()) for one in values["usual"].values())
-    found["settled"] = float((settling[OUR_LAW] < LATEST).mean())
-    found["settles_in_s"] = float(settling[OUR_LAW].mean())
+    found["least_rms_mm"] = _mean(1000 * best)
+    found["settled"] = statistics.share(int(settled.sum()), settled.size)
+    found["settles_in_s"] = _mean(settling[OUR_LAW])
+    return found
+
+
+def _mean(values: np.ndarray) -> tuple[float, float, float]:
+    """Mean, and its interval's ends."""
+    return float(values.mean()), *statistics.interval(values, studentised=True)
+
+
+def _stress(stored: stress.Stress) -> dict[str, Any]:
+    """Shares of runs that fail, at the usual disturbance and with one cause made stronger."""
+
+    def shares(runs: np.ndarray) -> statistics.Share:
+        return statistics.share(int(runs.sum()), len(runs))
+
+    strong, strongest = stress.STRENGTHS.index(STRONGER), len(stress.STRENGTHS) - 1
+    ours = stored.counts["SlidingMode"]
+    tails = [tail for (law, _), tail in stored.tails.items() if law == "SlidingMode"]
+    # The level at which half of our margin is used up, of those that were asked for.
+    place = int(np.argmin(np.abs(tails[0].levels - MARGIN / 2)))
+    ends = [_used_up(tail._replace(share=one)) for tail in tails for one in (tail.low, tail.high)]
+    return {
+        "runs": len(ours["nominal"].failed),
+        "failed": shares(ours["nominal"].failed),
+        "contact": shares(ours["nominal"].contact),
+        "stronger": {cause: shares(ours[cause].failed[:, strong]) for cause in stress.CAUSES},
+        "noisy": {
+            law: shares(stored.counts[law]["noise"].failed[:, strongest])
+            for law in ("SlidingMode", "Pid")
+        },
+        "noise_times": stress.STRENGTHS[strongest],
+        "courses": len(tails),
+        "margin_mm": (2000 * min(ends), 2000 * max(ends)),
+        "widest_mm": 2000 * float(tails[0].levels[-1]),
+        "our_margin_mm": 1000 * MARGIN,
+        "touched": (
+            min(float(tail.low[place]) for tail in tails),
+            max(float(tail.high[place]) for tail in tails),
+        ),
+    }
+
+
+def _used_up(tail: Tail) -> float:
+    """Shortfall (m) that one run in `ONE_IN` exceeds; infinite where even the largest is common."""
+    found = lowest_level(tail, 1 / ONE_IN)
+    if np.isnan(found):
+        return np.inf if tail.share[-1] > 1 / ONE_IN else float(tail.levels[0])
+    return found
+
+
+def _movers(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    by_method = {row["method"]: row for row in moving.summarise(rows, by=())}
+    anew, blind = by_method[ANEW], by_method[BLIND]
+    beside = {one.method: one.arrivals for one in moving.beside(rows, ANEW)}
+    return {
+        "scenes": blind["scenes"] - blind["impossible"],
+        "movers": _ends([row["movers"] for row in rows]),
+        "speeds": _ends([row["ratio"] for row in rows]),
+        "blind_hit": blind["collided"],
+        "anew_hit": anew["collided"],
+        "anew_arrives": anew["arrived"],
+        "anew_later": tuple(anew[f"delay{end}"] for end in ("", "_low", "_high")),
+        # How many fewer arrivals without a look at movers: ends of the simultaneous interval.
+        "fewer": beside[BLIND],
+    }
+
+
+def _crossings(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, kind in (("proved", True), ("unproved", False)):
+        some = [row for row in rows if bool(row["proved"]) == kind]
+        judged = crossings.judge_rivals(some, crossings.RIVAL_NAMES)
+        found[name] = judged["earlier"], judged["answers"]
     return found
 
 
 def _steps(rows: list[dict[str, Any]]) -> dict[str, Any]:
     times = {row["tracker"]: row["median_us"] for row in rows}
-    return {"fuzzy": times["Fuzzy"] / times["SlidingMode"], "fuzzy_us": times["Fuzzy"]}
+    slow = {row["tracker"]: row["p99_us"] for row in rows}
+    return {
+        "fuzzy": times["Fuzzy"] / times["SlidingMode"],
+        "fuzzy_slow": slow["Fuzzy"] / slow["SlidingMode"],
+        "fuzzy_us": times["Fuzzy"],
+        "fuzzy_slow_us": slow["Fuzzy"],
+    }
 
 
 def _fits(rows: list[dict[str, Any]], case: str, unit: float) -> int:
@@ -368,8 +471,8 @@ def _noise(rms: dict[str, np.ndarray]) -> dict[str, Any]:
     }
 
 
-def _switch() -> dict[tuple[str, float], float]:
-    """Roughness (m/s^2) of the law with each switching function, without a delay and with one."""
+def _switch() -> dict[tuple[str, float], np.ndarray]:
+    """Roughness (m/s^2) of runs with each switching function, without a delay and with one."""
     some, few = courses.random_courses(1, comparing.JUDGED["seed"]), courses.spread_offsets(4, 1)
     law = tuning.load_gains()["SlidingMode"][0].tracker
     # Rates near the best that notebook 08 finds for a law that switches.
@@ -378,17 +481,18 @@ def _switch() -> dict[tuple[str, float], float]:
     for name, one in laws.items():
         for delay in (0.0, tracking.DISTURBANCE.delay):
             runs = tracking.evaluate(one, some, few, 1, Disturbance(delay=delay))
-            found[name, delay] = float(runs["roughness_m_s2"].mean())
+            found[name, delay] = runs["roughness_m_s2"].ravel()
     return found
 
 
-def _chatter(rough: dict[tuple[str, float], float]) -> dict[str, Any]:
+def _chatter(rough: dict[tuple[str, float], np.ndarray]) -> dict[str, Any]:
     at_once, late = sorted({delay for _, delay in rough})
     return {
-        "sat": rough["sat", at_once],
-        "sign": rough["sign", at_once],
-        "sign_late": rough["sign", late],
+        "sat": _ends(rough["sat", at_once]),
+        "sign": _ends(rough["sign", at_once]),
+        "sign_late": _ends(rough["sign", late]),
         "delay_ms": 1000 * late,
+        "runs": len(rough["sat", at_once]),
     }
 
 
@@ -448,10 +552,15 @@ SOURCES: dict[str, Source] = {
         "random_worlds.csv",
     ),
     "orders": Source(_load_orders, _orders, "orders.csv"),
-    "rivals": Source(_load_rivals, _rivals, "rivals.npz"),
+    "rivals": Source(rivals.load_rivals, _rivals, "rivals.npz"),
     "comparison": Source(comparing.load_comparison, _comparison, "comparison.npz"),
+    "stress": Source(stress.load_stress, _stress, "stress.npz"),
+    "movers": Source(moving.load_drives, _movers, "movers.npz"),
+    "crossings": Source(crossings.load_rivals, _crossings, "movers_optimal.csv"),
     "tracker_steps": Source(
-        _csv("tracker_steps.csv", tracker=str, median_us=float), _steps, "tracker_steps.csv"
+        _csv("tracker_steps.csv", tracker=str, median_us=float, p99_us=float),
+        _steps,
+        "tracker_steps.csv",
     ),
     "figures": Source(
         _csv(

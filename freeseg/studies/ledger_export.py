@@ -35,10 +35,10 @@ def _checked(judged: Iterable[Judged]) -> list[Judged]:
 
 
 def _files(one: Judged) -> list[str]:
-    """The notebook that shows the evidence of a sentence, and the files that it is read from."""
+    """The notebooks that show the evidence of a sentence, and the files that it is read from."""
     stored = [SOURCES[name].where for name in one.claim.evidence]
     data = [f"data/{where}" for where in stored if where.endswith((".csv", ".npz"))]
-    return [f"notebooks/{one.claim.notebook}.ipynb", *data]
+    return [*(f"notebooks/{stem}.ipynb" for stem in one.claim.notebooks), *data]
 
 
 def _summary(judged: list[Judged]) -> str:
@@ -169,6 +169,7 @@ def _claim_and_review(one: Judged) -> list[dict[str, Any]]:
             "@type": "Claim",
             "name": f"{claim.id}, {claim.place}",
             "text": claim.quotation,
+            "description": claim.meaning,
             "additionalType": claim.kind,
             "appearance": {"@id": PAPER["reference"]},
         },
