@@ -33,7 +33,7 @@ SPACING, LEAST_INTERVALS = 0.0005, 200
 GRID, MOST_POINTS = 0.001, 200_000
 
 #: Below this share of its speed, a reference along a timed path keeps its heading.
-STANDS = 1e-3
+STANDS = 1e-2
 
 #: A longer run would not end, or not fit into memory.
 MOST_STEPS = 1e7

@@ -8,6 +8,7 @@ import freeseg as fs
 from freeseg.following import Following, scene_after
 from freeseg.reference import timed_reference
 from freeseg.replanning import Estimates, Replanning, observe
+from freeseg.studies import moving
 
 #: Who drives straight from (0, 0) to (1, 0) at 0.1 m/s meets this one half way.
 CROSSING = fs.Scene(fs.World([]), [fs.Mover(fs.Disc((0.5, 0.3), 0.05), velocity=(0, -0.06))])
@@ -51,6 +52,13 @@ def test_accelerations_that_no_wheel_does_are_refused(acceleration):
     plan = fs.time_minimal_plan(fs.World([]), START, GOAL, speed=0.1)
     with pytest.raises(fs.InvalidParameter, match="acceleration"):
         timed_reference(plan, acceleration)
+
+
+def test_a_plan_is_followed_that_waits_on_a_corner_which_stops_and_comes_back():
+    # There the reference turns round at once, faster than its poses can tell.
+    task = moving.random_task(160)
+    law = Following(timed=True).start(task.scene, task.goal, fs.KheperaIV(), moving.TICK)
+    assert np.isfinite(law(0.0, np.array([*task.start, 0.0]))).all()
 
 
 def test_a_timed_reference_is_of_a_timed_plan():

@@ -763,7 +763,7 @@ def first_met(field, label, begin, stop, j, e):
 def leave(field, label, a, j, sense, looks, moves, count, heap):
     """List the lines that leave a slide, in the part looked at, and graze disc j."""
     _, x, y, vx, vy, t, _ = looks[0]
-    sine, cosine, far = aside(field, x, y, vx, vy, t, j, sense)
+    sine, cosine, far = aside(field, label, x, y, vx, vy, t, j, sense)
     if j < len(field.disc) and passes_by(field, looks, j, cosine, far):
         return moves, count
     speed = 2 * field.speed
@@ -772,7 +772,7 @@ def leave(field, label, a, j, sense, looks, moves, count, heap):
     for k in range(LOOKS):
         begin, end, from_t = looks[k, 0], looks[k + 1, 0], looks[k, 5]
         _, x, y, vx, vy, t, _ = looks[k + 1]
-        next_sine, next_cosine, next_far = aside(field, x, y, vx, vy, t, j, sense)
+        next_sine, next_cosine, next_far = aside(field, label, x, y, vx, vy, t, j, sense)
         # So close to a small disc, its direction changes by much in one step.
         steps = min(int(2 * speed * (t - from_t) / max(min(far, next_far), 1e-12)) + 1, 64)
         turned = begin
@@ -781,7 +781,7 @@ def leave(field, label, a, j, sense, looks, moves, count, heap):
             if step < steps:
                 to = begin + (end - begin) * step / steps
                 x, y, vx, vy, t = slide_at(field, label, to)
-                to_sine, to_cosine, _ = aside(field, x, y, vx, vy, t, j, sense)
+                to_sine, to_cosine, _ = aside(field, label, x, y, vx, vy, t, j, sense)
             before, after = label[SENSE] * sine, label[SENSE] * to_sine
             # The slide turns towards the line wherever it passes it: it does so once a turn.
             if before < 0 <= after and after * cosine - to_cosine * before > 0:
@@ -811,18 +811,22 @@ def passes_by(field, looks, j, cosine, far):
     return turned < math.pi and cosine < math.cos(turned)
 
 
-def aside(field, x, y, vx, vy, t, j, sense):
+def aside(field, label, x, y, vx, vy, t, j, sense):
     """Sine and cosine of the angle from the line that grazes disc j to a velocity; distance (m)."""
     gx, gy, _, _, _ = graze(field, x, y, t, j, sense)
-    squared = field.speed * field.speed
     if j < len(field.disc):
         cx, cy, u, w, _, _ = field.disc[j]
         far = math.hypot(cx + u * t - x, cy + w * t - y)
+        squared = field.speed * field.speed
     else:
         wait = field.wait[j - len(field.disc)]
         far = math.hypot(wait[END_X] - x, wait[END_Y] - y)
-        # A line to a wait may be slow, and only its direction counts.
-        squared = field.speed * max(math.hypot(gx, gy), LEAST)
+        # A line to a wait may be slow: it leaves along the rim as seen from there.
+        cx, cy, u, w, radius, g = field.disc[int(label[DISC])]
+        swell = g / (radius + g * t)
+        u, w = u + swell * (x - cx - u * t), w + swell * (y - cy - w * t)
+        gx, gy, vx, vy = gx - u, gy - w, vx - u, vy - w
+        squared = max(math.hypot(gx, gy) * math.hypot(vx, vy), LEAST)
     return (gx * vy - gy * vx) / squared, (gx * vx + gy * vy) / squared, far
 
 
@@ -836,7 +840,7 @@ def leave_between(field, label, a, j, sense, low, high, below, above, moves, cou
         if not min(low, high) < turned < max(low, high):
             break
         x, y, vx, vy, t = slide_at(field, label, turned)
-        sine, _, _ = aside(field, x, y, vx, vy, t, j, sense)
+        sine, _, _ = aside(field, label, x, y, vx, vy, t, j, sense)
         if sine * above < 0:
             low, below = high, above
         else:
@@ -846,8 +850,9 @@ def leave_between(field, label, a, j, sense, low, high, below, above, moves, cou
         if abs(high - low) < 1e-14 or abs(above) < 1e-15:
             break
     turned = high
-    x, y, vx, vy, t = slide_at(field, label, turned)
-    _, _, lasts, nx, ny = graze(field, x, y, t, j, sense)
+    x, y, _, _, t = slide_at(field, label, turned)
+    # As fast as the slide, but to a wait that it would be at too early.
+    vx, vy, lasts, nx, ny = graze(field, x, y, t, j, sense)
     if lasts < 0:
         return moves, count
     touch = math.atan2(ny, nx)
@@ -898,11 +903,23 @@ def ride_to_corners(field, label, a, begin, waited, moves, count, heap):
 
 def is_open(field, labels, move):
     """Whether a move meets nothing."""
+    if move[LASTS] == 0 and move[ONTO] >= len(field.disc):
+        return is_there(field, move[MX], move[MY], move[WHEN])
     a = int(move[ON])
     i = int(labels[a, DISC]) if a >= 0 else TARGET
     return is_free(
         field, move[MX], move[MY], move[MV], move[MW], move[WHEN], move[LASTS], i, int(move[ONTO])
     )
+
+
+def is_there(field, x, y, t):
+    """Whether a slide that ended at a place can change to a wait there, for all that it meets."""
+    nearest = math.inf
+    for j in range(1, len(field.disc)):
+        nearest = min(nearest, gap_to(field, x, y, 0.0, 0.0, t, j, -1)[0])
+    for e in range(len(field.keep)):
+        nearest = min(nearest, gap_to(field, x, y, 0.0, 0.0, t, -1, e)[0])
+    return nearest > -THERE
 
 
 def is_free(field, x, y, vx, vy, t, lasts, i, j):
