@@ -32,6 +32,7 @@ from freeseg.studies import (
     splitting,
     statistics,
     tracking,
+    traps,
     tuning,
 )
 from freeseg.teaching import quietly, variant_seed
@@ -346,7 +347,7 @@ CALLS = {
     "training_tasks": (reacting.training_tasks, {"name": "barn"}),
     "load_laws": (reacting.load_laws, {"file": data.DATA / "reactive_gains.csv"}),
     "reactive_rivals": (reacting.reactive_rivals, {"file": data.DATA / "reactive_gains.csv"}),
-    "trap_worlds": (reacting.trap_worlds, {}),
+    "trap_worlds": (traps.trap_worlds, {}),
     "Following": (
         fs.Following,
         {
@@ -1073,7 +1074,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (duels, orders, reacting, rivals, splitting, tuning)
+    modules += (duels, orders, reacting, rivals, splitting, traps, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name
