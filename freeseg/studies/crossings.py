@@ -1,7 +1,7 @@
 """Random scenes of movers that cross a robot's way, and how near rivals come to the optimum.
 
 `tests/benchmarks/movers.py` lets a grid in space and time and a nonlinear programme look for
-an arrival before that of `time_minimal_plan` in each scene; `load_rivals` reads what it stored.
+an arrival before that of `time_minimal_plan` in each scene; `load_crossings` reads what it stored.
 """
 
 from collections.abc import Sequence
@@ -89,7 +89,7 @@ def plan_crossing(seed: int) -> TimedPlan:
     return time_minimal_plan(random_crossing(seed), CROSSING_START, CROSSING_GOAL, CROSSING_SPEED)
 
 
-def load_rivals() -> list[dict[str, Any]]:
+def load_crossings() -> list[dict[str, Any]]:
     """Rows of ``data/movers_optimal.csv``, one a scene.
 
     Returns
@@ -111,7 +111,7 @@ def judge_rivals(rows: Sequence[dict[str, Any]], names: Sequence[str]) -> dict[s
     Parameters
     ----------
     rows : sequence of dict
-        Scenes, as from `load_rivals`.
+        Scenes, as from `load_crossings`.
     names : sequence of str
         Rivals, of `RIVAL_NAMES`; in each scene the best one counts.
 
