@@ -174,23 +174,13 @@ class Mpc:
         checks.choice("on_failure", self.on_failure, ON_FAILURE)
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run.
-
-        Parameters
-        ----------
-        reference : Reference
-            What to follow.
-        robot : Robot
-            Robot, whose limits are kept.
-        dt : float
-            Time for which each command is held (s).
+        """The law for one run, see `Tracker.start`; the robot's limits are kept.
 
         Returns
         -------
         Law
-            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,), to be
-            called every `dt`: it assumes that the motors do what it
-            commanded, for a pose says nothing of their speeds.
+            For a pose of shape (3,), to be called every `dt`: it assumes that the
+            motors do what it commanded, for a pose says nothing of their speeds.
 
         Raises
         ------
