@@ -21,6 +21,7 @@ from freeseg.segments import find_endpoints
 from freeseg.studies import (
     comparing,
     courses,
+    crossings,
     duels,
     ledger,
     orders,
@@ -348,6 +349,13 @@ CALLS = {
     "load_laws": (reacting.load_laws, {"file": data.DATA / "reactive_gains.csv"}),
     "reactive_rivals": (reacting.reactive_rivals, {"file": data.DATA / "reactive_gains.csv"}),
     "trap_worlds": (traps.trap_worlds, {}),
+    "random_crossing": (crossings.random_crossing, {"seed": 0}),
+    "plan_crossing": (crossings.plan_crossing, {"seed": 0}),
+    "load_crossings": (crossings.load_crossings, {}),
+    "judge_rivals": (
+        crossings.judge_rivals,
+        {"rows": crossings.load_crossings()[:3], "names": ["grid"]},
+    ),
     "Following": (
         fs.Following,
         {
@@ -987,7 +995,7 @@ CALLED = {
 
 
 #: Where NaN is an answer.
-MAY_BE_NAN = {"try_rules", "split", "lowest_level", "read_rows"}
+MAY_BE_NAN = {"try_rules", "split", "lowest_level", "read_rows", "judge_rivals"}
 
 
 def numbers_of(result):
@@ -1074,7 +1082,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (duels, orders, reacting, rivals, splitting, traps, tuning)
+    modules += (crossings, duels, orders, reacting, rivals, splitting, traps, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name
