@@ -106,30 +106,9 @@ class Following:
             )
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
-        """The law for one drive of one robot.
+        """The law for one drive of one robot, see `Reactive.start`.
 
-        Parameters
-        ----------
-        scene : World or Scene
-            Obstacles.
-        goal : array_like, shape (2,)
-            Where to drive (m).
-        robot : Robot
-            Robot.
-        dt : float
-            Time for which each command is held (s).
-
-        Returns
-        -------
-        Law
-            It plans at its first step, and raises what the planner then raises.
-
-        Raises
-        ------
-        InvalidQuery
-            For what is no scene, or a goal where the robot does not fit.
-        InvalidParameter
-            For what is no robot, or a time step that is not positive.
+        It plans at its first step, and raises what the planner then raises.
         """
         goal, robot = check_drive(scene, goal, robot, dt)
         scene = check_scene(scene)

@@ -231,18 +231,9 @@ class Replanning:
         checks.choice("fallback", self.fallback, FALLBACKS)
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> "ReplanningLaw":
-        """The law for one drive of one robot.
+        """The law for one drive of one robot, see `Reactive.start`.
 
-        Parameters
-        ----------
-        scene : World or Scene
-            Obstacles as they are seen, see `observe`. Movers are discs.
-        goal : array_like, shape (2,)
-            Where to drive (m).
-        robot : Robot
-            Robot.
-        dt : float
-            Time for which each command is held (s).
+        Obstacles are given as they are seen, see `observe`.
 
         Returns
         -------
@@ -251,12 +242,8 @@ class Replanning:
 
         Raises
         ------
-        InvalidQuery
-            For what is no scene, or a goal where the robot does not fit.
         InvalidWorld
             For a mover that is no disc.
-        InvalidParameter
-            For what is no robot, or a time step that is not positive.
         """
         goal, robot = check_drive(scene, goal, robot, dt)
         scene = check_scene(scene)

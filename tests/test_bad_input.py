@@ -21,6 +21,7 @@ from freeseg.segments import find_endpoints
 from freeseg.studies import (
     comparing,
     courses,
+    crossings,
     duels,
     ledger,
     orders,
@@ -31,7 +32,9 @@ from freeseg.studies import (
     sizes,
     splitting,
     statistics,
+    stress,
     tracking,
+    traps,
     tuning,
 )
 from freeseg.teaching import quietly, variant_seed
@@ -52,6 +55,8 @@ STRAIGHT_RUN = fs.simulate(fs.SlidingMode(), STRAIGHT)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 ORDER = statistics.order([statistics.Difference("one", "other", -2, -3, -1)])
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
+STATICS = np.zeros((6, 2))
+NUMBERS = np.zeros((stress.samples_of(COURSE) + 1, 5, 2))
 #: A drive of few steps.
 NEAR = {"scene": WORLD, "start": (0, 0), "goal": (0.02, 0.0)}
 REACTIVE_RUN = fs.react(fs.PotentialField(), **NEAR)
@@ -346,7 +351,53 @@ CALLS = {
     "training_tasks": (reacting.training_tasks, {"name": "barn"}),
     "load_laws": (reacting.load_laws, {"file": data.DATA / "reactive_gains.csv"}),
     "reactive_rivals": (reacting.reactive_rivals, {"file": data.DATA / "reactive_gains.csv"}),
-    "trap_worlds": (reacting.trap_worlds, {}),
+    "trap_worlds": (traps.trap_worlds, {}),
+    "draw": (stress.draw, {"statics": STATICS, "numbers": NUMBERS, "times": {"noise": 2.0}}),
+    "drive_drawn": (
+        stress.drive_drawn,
+        {
+            "tracker": fs.SlidingMode(),
+            "course": COURSE,
+            "offsets": np.zeros((3, 2)),
+            "drawn": stress.draw(STATICS, NUMBERS)[1],
+        },
+    ),
+    "samples_of": (stress.samples_of, {"course": COURSE}),
+    "outcome": (
+        stress.outcome,
+        {
+            "tracker": fs.SlidingMode(),
+            "course": COURSE,
+            "statics": STATICS,
+            "numbers": NUMBERS,
+            "times": None,
+        },
+    ),
+    "best_laws": (stress.best_laws, {}),
+    "counted_course": (stress.counted_course, {"number": 0}),
+    # What is good for the rest would take seconds.
+    "count_failures": (
+        partial(stress.count_failures, number=0),
+        {"tracker": fs.SlidingMode(), "strong": False},
+    ),
+    "shortfall": (
+        stress.shortfall,
+        {"tracker": fs.SlidingMode(), "course": COURSE, "margin": 0.03},
+    ),
+    "rare_courses": (stress.rare_courses, {}),
+    "split_shortfall": (partial(stress.split_shortfall, course=0), {"law": "none"}),
+    "sensitivity": (
+        stress.sensitivity,
+        {"tracker": fs.SlidingMode(), "course": COURSE, "number": 2, "robots": 1, "seed": 0},
+    ),
+    "load_stress": (stress.load_stress, {"file": data.DATA / "stress.npz"}),
+    "random_crossing": (crossings.random_crossing, {"seed": 0}),
+    "plan_crossing": (crossings.plan_crossing, {"seed": 0}),
+    "load_crossings": (crossings.load_crossings, {}),
+    "judge_rivals": (
+        crossings.judge_rivals,
+        {"rows": crossings.load_crossings()[:3], "names": ["grid"]},
+    ),
     "Following": (
         fs.Following,
         {
@@ -986,7 +1037,7 @@ CALLED = {
 
 
 #: Where NaN is an answer.
-MAY_BE_NAN = {"try_rules", "split", "lowest_level", "read_rows"}
+MAY_BE_NAN = {"try_rules", "split", "lowest_level", "read_rows", "judge_rivals"}
 
 
 def numbers_of(result):
@@ -1073,7 +1124,7 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (duels, orders, reacting, rivals, splitting, tuning)
+    modules += (crossings, duels, orders, reacting, rivals, splitting, stress, traps, tuning)
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

@@ -9,7 +9,7 @@ from test_benchmarks import load
 
 import freeseg as fs
 from freeseg.data import DATA, read_csv
-from freeseg.studies import duels, orders, reacting, rivals
+from freeseg.studies import duels, orders, reacting, rivals, traps
 
 STEM = "13_compare_the_planners"
 
@@ -86,7 +86,7 @@ def test_where_both_remember_safety_first_is_never_dearer(said):
 def test_what_is_said_of_the_laws(rows, said):
     assert inspect.signature(fs.react).parameters["patience"].default == 20
     assert reacting.PATIENCE == 10
-    weak, usual = reacting.WEAK.max_wheel_rate_change, fs.KheperaIV().max_wheel_rate_change
+    weak, usual = traps.WEAK.max_wheel_rate_change, fs.KheperaIV().max_wheel_rate_change
     assert weak < usual / 40
     failed = [
         row["length_m"] < 0.25 * row["optimum_m"]

@@ -29,8 +29,35 @@ def test_a_segment_is_barred_by_a_third_obstacle():
 
 
 def test_exponent_is_the_slope_of_a_power_law():
-    column, exponent = lesson(STEM, "names", "columns", "scale", "column", "exponent")[3:]
-    column.__globals__["scale"] = [
-        {"shape": "disc", "n": n, "t": 1e-3 * n**1.5} for n in (10, 1000, 2000, 5000)
-    ]
-    assert exponent("t", "disc").startswith("1.50 [1.50, 1.50]")
+    exponent = lesson(STEM, "exponent")
+    n = np.array([10, 1000, 2000, 5000])
+    # What is below 1000 does not count.
+    assert exponent(n, np.where(n < 1000, 1.0, 1e-3 * n**1.5)) == "1.50 [1.50, 1.50]"
+
+
+def test_a_column_is_of_one_shape():
+    column, scale = lesson(STEM, "column", "scale")
+    found = column("n", "disc")
+    assert list(found) == [row["n"] for row in scale if row["shape"] == "disc"]
+    assert found.max() == 10_000
+
+
+def test_what_is_said_of_how_the_triangulation_grows():
+    row_of, grown, by_rival, ratio, lost = lesson(
+        STEM, "row_of", "grown", "by_rival", "ratio", "lost"
+    )
+    ends, slow = {}, {}
+    for rival, (n, t) in by_rival.items():
+        some = slow[rival] = t[n == 10_000]
+        label, told, _, large = row_of(rival, n, t)
+        assert (label, large) == (rival, f"{np.median(some):.0f}, {max(some):.0f} ({len(some)})")
+        ends[rival] = [float(end) for end in told.partition("[")[2][:-1].split(", ")]
+    # Its interval is within that of the exact planner, and above the slope of n log n.
+    (low, high), (least, most) = ends["exact"], ends["triangulation"]
+    assert low < least < most < high
+    assert least > 1 + 1 / np.log(1000)
+    assert ratio > 10
+    assert slow["triangulation"].min() < ratio * slow["exact"].max()
+    assert slow["triangulation"].max() > ratio * slow["exact"].min()
+    assert all(row["outcome"] == "path" for row in grown if row["rival"] == "exact")
+    assert 0 < lost < len(grown) / 2

@@ -76,7 +76,7 @@ def test_waiting_pays_and_is_never_too_fast(own):
 
 
 def test_stored_rivals_are_of_the_scenes_that_their_numbers_give():
-    rows = crossings.load_rivals()
+    rows = crossings.load_crossings()
     assert [row["seed"] for row in rows] == list(range(len(rows)))
     for row in rows[:: len(rows) // 10]:
         scene = crossings.random_crossing(row["seed"])

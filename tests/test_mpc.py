@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import freeseg as fs
 from freeseg.path import Arc, Line
 from freeseg.studies import courses, tracking
-from freeseg.studies.tracking import DISTURBANCE
+from freeseg.studies.tracking import DISTURBANCE, disturbed
 from freeseg.trackers import mpc
 from freeseg.trackers.mpc import linearisation, motion
 
@@ -483,11 +483,18 @@ def test_a_weight_of_zero_switches_its_term_off(references, robot, name):
     assert np.hypot(*run.error[:2]).max() < 0.005
 
 
+@pytest.mark.parametrize("what", ["gives up", "breaks the model", "breaks a limit", "is no number"])
 @pytest.mark.parametrize("solver", ["qrqp", "piqp"])
 def test_where_the_solver_fails_another_finds_the_same_command(
-    references, robot, monkeypatch, solver
+    references, robot, monkeypatch, solver, what
 ):
-    # A solver that gives up at every tenth step; standing still is always a plan.
+    # A solver that fails at every tenth step, or calls a success what is none; standing still is
+    # always a plan.
+    spoilt = {
+        "breaks the model": (3, 2, 1e-6),
+        "breaks a limit": (3, 5, robot.max_wheel_speed),
+        "is no number": (3, 2, np.nan),
+    }
     bind, calls = mpc._bind, []
 
     class GivesUp:
@@ -502,7 +509,13 @@ def test_where_the_solver_fails_another_finds_the_same_command(
 
         def sometimes():
             calls[0] += 1
-            return GivesUp() if calls[0] % 10 == 0 else solve()
+            if calls[0] % 10:
+                return solve()
+            if what not in spoilt:
+                return GivesUp()
+            told, (step, column, more) = solve(), spoilt[what]
+            arrays["x"][step, column] += more
+            return told
 
         return sometimes
 
@@ -511,6 +524,51 @@ def test_where_the_solver_fails_another_finds_the_same_command(
     rescued = fs.simulate(fs.Mpc(solver=solver), references["15a"], robot, DT)
     assert calls[0] > 100
     assert_allclose(rescued.pose, smooth.pose, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("x", "broken"),
+    [
+        ((1, 2), 0),
+        ((1, 2 + 1e-9), 0),  # within what solvers leave
+        ((1, 2.5), 1),  # the sum is to be 3
+        ((-1, 4), 1),  # the first is to be positive
+        ((-1, 5), 2),
+        ((1, np.nan), 2),
+    ],
+)
+def test_broken_constraints_are_counted(x, broken):
+    count = mpc._constraints_broken(ca.Sparsity.dense(1, 2))
+    limits = {"lba": 3, "uba": 3, "lbx": [0, -np.inf], "ubx": [np.inf, np.inf]}
+    assert float(count(a=ca.DM([[1, 1]]), x=x, **limits)["broken"]) == broken
+
+
+@pytest.mark.parametrize("solver", ["qrqp", "piqp"])
+def test_far_from_the_origin_solvers_may_leave_more(robot, solver):
+    # Coordinates as surveyors have them (m), of which an interior-point method leaves a share.
+    far = 5e6
+    reference = fs.make_reference(fs.Path([Line((far, far), (far + 1, far))]))
+    run = fs.simulate(fs.Mpc(solver=solver), reference, robot, DT, OFFSET)
+    assert np.hypot(*run.error[:2, -1]) < 0.001
+
+
+def test_every_plan_obeys_the_model_and_the_limits(references, robot, monkeypatch):
+    # Thrown from bound to bound, qrqp calls plans a success that break both by far.
+    worst, solve = [], mpc._Programme.solve
+
+    def solve_and_measure(self):
+        status, found = solve(self), self.arrays
+        a, x = ca.DM(self.structure["a"], found["a"]).full(), found["x"].ravel()
+        for values, least, most in ((a @ x, "lba", "uba"), (x, "lbx", "ubx")):
+            worst.append((found[least].ravel() - values).max())
+            worst.append((values - found[most].ravel()).max())
+        assert self.solved
+        return status
+
+    monkeypatch.setattr(mpc._Programme, "solve", solve_and_measure)
+    for seed in range(4):
+        fs.simulate(fs.Mpc(), references["15a"], robot, DT, (0.02, 0.02, 0.5), disturbed(3), seed)
+    assert max(worst) < 1e-6
 
 
 @pytest.mark.parametrize("name", ["delay", "lag", "observer"])

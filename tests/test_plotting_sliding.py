@@ -75,3 +75,9 @@ def test_a_tradeoff_has_a_curve_for_each_family_and_its_marks(ax):
     assert texts(ax) == ["a", "b"]
     assert_allclose(ax.lines[0].get_xydata().T, families["one"])
     assert ax.lines[0].get_color() != ax.lines[1].get_color()
+
+
+def test_marks_of_two_families_do_not_cover_each_other_where_they_meet(ax):
+    plot_tradeoff({"one": [[1], [0.1]], "two": [[1], [0.1]]}, [["40"], ["600"]], ax)
+    one, two = (text.get_window_extent() for text in ax.texts)
+    assert not one.overlaps(two)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 import freeseg as fs
 from freeseg.data import DATA, read_csv, write_csv
 from freeseg.react import CHECK_STEP, arc_points
-from freeseg.studies import reacting
+from freeseg.studies import reacting, traps
 
 LAWS = [fs.PotentialField(), fs.VectorFieldHistogram(), fs.DynamicWindow()]
 NAMES = [type(law).__name__ for law in LAWS]
@@ -31,8 +31,8 @@ def test_every_law_drives_past_a_disc(law):
     assert np.abs(np.diff(run.wheels[:, :-1], prepend=0)).max() <= limits[1] * (1 + 1e-9)
 
 
-TRAPS = reacting.trap_worlds()
-FAILURES = [(name, law) for name, laws in reacting.TRAPPED.items() for law in laws]
+TRAPS = traps.trap_worlds()
+FAILURES = [(name, law) for name, laws in traps.TRAPPED.items() for law in laws]
 
 
 @pytest.mark.parametrize(
@@ -54,20 +54,20 @@ def test_published_failures_trap_the_laws_by_name(name, law):
     assert caught.value.steps == ()
 
 
-@pytest.mark.parametrize("name", reacting.SPARED)
+@pytest.mark.parametrize("name", traps.SPARED)
 def test_who_is_spared_arrives_where_the_other_law_fails(name):
     question = TRAPS[name]
-    run = fs.react(reacting.SPARED[name], *question[:4])
+    run = fs.react(traps.SPARED[name], *question[:4])
     assert run.collision is None
-    assert {type(law) for law in reacting.TRAPPED[name]} == {type(reacting.SPARED[name])}
+    assert {type(law) for law in traps.TRAPPED[name]} == {type(traps.SPARED[name])}
 
 
 def test_traps_are_what_they_are_called():
-    assert TRAPS.keys() == reacting.TRAPPED.keys() > reacting.SPARED.keys()
+    assert TRAPS.keys() == traps.TRAPPED.keys() > traps.SPARED.keys()
     # The goal is nearer to the disc than the fields reach, and the robot fits there.
     near = TRAPS["goal near an obstacle"]
     gap = near.world.distances(shapely.Point(near.goal)).min() - fs.KheperaIV().radius
-    assert 0 < gap < reacting.KHATIB.influence
+    assert 0 < gap < traps.KHATIB.influence
     # The histogram cannot see the end of the corridor from its mouth.
     dead = TRAPS["dead end"].world
     ends = np.array([one.core.bounds for one in dead])

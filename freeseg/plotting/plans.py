@@ -2,7 +2,6 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
@@ -10,6 +9,7 @@ from freeseg.path import Arc
 from freeseg.plan import StepKind, check_plan
 from freeseg.plotting.axes import PALETTE
 from freeseg.plotting.worlds import (
+    HALO,
     MOST_NUMBERS,
     as_patch,
     plot_band,
@@ -112,8 +112,7 @@ def _write_numbers(world, ax):
         style = {"ha": "center" if inside else "left", "va": "center", "fontsize": 9, "zorder": 6}
         shift = {"xytext": (0 if inside else 6, 0), "textcoords": "offset points"}
         place = (x, y) if inside else (core.bounds[2] + radius, y)
-        label = ax.annotate(str(number), place, **shift, **style)
-        label.set_path_effects([withStroke(linewidth=2, foreground="white")])
+        ax.annotate(str(number), place, path_effects=HALO, **shift, **style)
 
 
 def _plot_met(world, step, ax):

@@ -7,6 +7,7 @@ from freeseg import checks
 from freeseg.plotting.axes import PALETTE, count_in_mm, new_axes
 from freeseg.plotting.robots import check_pose, draw_robot
 from freeseg.plotting.sketches import arrow, measure, sketch_axes, write
+from freeseg.plotting.worlds import HALO
 from freeseg.reference import tracking_error
 from freeseg.robot import as_robot
 
@@ -213,9 +214,11 @@ def plot_tradeoff(families, marks=(), ax=None):
         style = {"ms": 6, "lw": 1.4, "label": name, "color": PALETTE[color]}
         ax.loglog(variation, error, mark, **style)
         told = marks[number] if number < len(marks) else ()
+        # In turns left and right, for curves meet where both chatter most.
+        side, aside = ("left", 5) if number % 2 else ("right", -5)
+        where = {"xytext": (aside, 4), "textcoords": "offset points", "ha": side, "fontsize": 8}
         for x, y, text in zip(variation, error, told, strict=False):
-            where = {"xytext": (5, 4), "textcoords": "offset points", "fontsize": 8}
-            ax.annotate(text, (x, y), color=PALETTE[color], **where)
+            ax.annotate(text, (x, y), color=PALETTE[color], path_effects=HALO, **where)
     ax.axvline(1, color="0.5", lw=1, ls="-.", label="the reference itself")
     ax.set(xlabel="total variation of the wheels (times the reference's)", ylabel="error (mm)")
     count_in_mm(ax.yaxis)

@@ -114,7 +114,7 @@ class DynamicWindow:
             )
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
-        """The law for one drive, see `PotentialField.start`."""
+        """The law for one drive, see `Reactive.start`."""
         goal, robot = check_drive(scene, goal, robot, dt)
         at = outlines_of(scene)
         # What is too far away to matter may still be too near to stop for.

@@ -104,30 +104,7 @@ class PotentialField:
             )
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
-        """The law for one drive, of one robot or of many.
-
-        Parameters
-        ----------
-        scene : World or Scene
-            Obstacles.
-        goal : array_like, shape (2,)
-            Where to drive (m).
-        robot : Robot
-            Robot.
-        dt : float
-            Time for which each command is held (s).
-
-        Returns
-        -------
-        Law
-
-        Raises
-        ------
-        InvalidQuery
-            For what is no world and no scene, or a goal where the robot does not fit.
-        InvalidParameter
-            For what is no robot, or a time step that is not positive.
-        """
+        """The law for one drive, of one robot or of many, see `Reactive.start`."""
         goal, robot = check_drive(scene, goal, robot, dt)
         at = outlines_of(scene)
 

@@ -49,7 +49,30 @@ class Reactive(Protocol):
     """Gains, from which a law starts that sees obstacles and needs no path."""
 
     def start(self, scene: World | Scene, goal: ArrayLike, robot: Robot, dt: float, /) -> Law:
-        """The law for one drive, see `PotentialField.start`."""
+        """The law for one drive; what it remembers lives in it alone.
+
+        Parameters
+        ----------
+        scene : World or Scene
+            Obstacles.
+        goal : array_like, shape (2,)
+            Where to drive (m).
+        robot : Robot
+            Robot.
+        dt : float
+            Time for which each command is held (s).
+
+        Returns
+        -------
+        Law
+
+        Raises
+        ------
+        InvalidQuery
+            For what is no world and no scene, or a goal where the robot does not fit.
+        InvalidParameter
+            For what is no robot, or a time step that is not positive.
+        """
 
 
 def outlines_of(scene: World | Scene) -> Callable[[float], Outlines]:

@@ -123,7 +123,7 @@ class VectorFieldHistogram:
             raise InvalidParameter(f"low is {self.low:g}, above high, {self.high:g}; give less")
 
     def start(self, scene: Any, goal: ArrayLike, robot: Robot, dt: float) -> Law:
-        """The law for one drive, see `PotentialField.start`."""
+        """The law for one drive, see `Reactive.start`."""
         goal, robot = check_drive(scene, goal, robot, dt)
         at = outlines_of(scene)
 

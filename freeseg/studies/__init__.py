@@ -2,8 +2,8 @@
 
 `planning` and `rivals` compare planners, `orders` the two orders of the paper's search, `sizes`
 what each set of obstacle sizes would conclude; `courses`, `tracking`, `tuning` and `comparing`
-compare trackers, `reacting` reactive laws, `moving` methods among movers; `stress` counts
-failures; `ledger` judges the paper's sentences by all of them;
+compare trackers, `reacting` reactive laws, `moving` methods among movers; `traps` are worlds in
+which laws fail; `stress` counts failures; `ledger` judges the paper's sentences by all of them;
 `statistics` gives intervals; `runner`, with `run` and `replay`, uses all cores and survives,
 for `store`, with `load`, keeps the rows.
 """
@@ -23,6 +23,7 @@ from freeseg.studies import (
     statistics,
     store,
     tracking,
+    traps,
     tuning,
 )
 from freeseg.studies.runner import replay, run
@@ -46,5 +47,6 @@ __all__ = [
     "statistics",
     "store",
     "tracking",
+    "traps",
     "tuning",
 ]

@@ -1,16 +1,17 @@
 """Random scenes of movers that cross a robot's way, and how near rivals come to the optimum.
 
 `tests/benchmarks/movers.py` lets a grid in space and time and a nonlinear programme look for
-an arrival before that of `time_minimal_plan` in each scene; `load_rivals` reads what it stored.
+an arrival before that of `time_minimal_plan` in each scene; `load_crossings` reads what it stored.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from freeseg import checks
 from freeseg.data import DATA, read_csv
+from freeseg.errors import InvalidParameter
 from freeseg.geometry import unit
 from freeseg.planners.time_minimal import TimedPlan, time_minimal_plan
 from freeseg.robot import KheperaIV
@@ -49,6 +50,11 @@ def random_crossing(seed: int) -> Scene:
     Scene
         To be driven from `CROSSING_START` to `CROSSING_GOAL` at `CROSSING_SPEED`; whoever
         drives straight ahead at once meets something.
+
+    Raises
+    ------
+    InvalidParameter
+        For a seed that is not a whole number from 0 on.
     """
     seed = checks.whole("seed", seed)
     rng = np.random.default_rng(seed)
@@ -89,7 +95,7 @@ def plan_crossing(seed: int) -> TimedPlan:
     return time_minimal_plan(random_crossing(seed), CROSSING_START, CROSSING_GOAL, CROSSING_SPEED)
 
 
-def load_rivals() -> list[dict[str, Any]]:
+def load_crossings() -> list[dict[str, Any]]:
     """Rows of ``data/movers_optimal.csv``, one a scene.
 
     Returns
@@ -111,7 +117,7 @@ def judge_rivals(rows: Sequence[dict[str, Any]], names: Sequence[str]) -> dict[s
     Parameters
     ----------
     rows : sequence of dict
-        Scenes, as from `load_rivals`.
+        Scenes, as from `load_crossings`.
     names : sequence of str
         Rivals, of `RIVAL_NAMES`; in each scene the best one counts.
 
@@ -121,7 +127,18 @@ def judge_rivals(rows: Sequence[dict[str, Any]], names: Sequence[str]) -> dict[s
         ``answers``, in how many scenes; ``earlier``, in how many one arrived before us by
         more than `WON_BY`; ``near``, in how many within that; ``median``, of the ratio, and
         ``least``, NaN without an answer.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no such rows, or other rivals.
     """
+    remedy = "rows of load_crossings"
+    rows = checks.instances("rows", rows, Mapping, remedy)  # type: ignore[type-abstract]
+    if any(set(RIVAL_NAMES) - row.keys() for row in rows):
+        raise InvalidParameter(f"rows is {checks.shown(rows)}; give {remedy}")
+    for name in checks.instances("names", names, str, "some of RIVAL_NAMES"):
+        checks.choice("names", name, RIVAL_NAMES)
     best = [min(found) for row in rows if (found := [row[name] for name in names if row[name]])]
     ratios = np.array(best) if best else np.array([np.nan])
     return {

@@ -32,6 +32,7 @@ from freeseg.studies.courses import (
 from freeseg.studies.splitting import Tail, split
 from freeseg.studies.tracking import DISTURBANCE, SINGLE
 from freeseg.studies.tuning import Tuned, load_gains
+from freeseg.trackers.feedback import check_tracker
 
 #: What a run has from its beginning, and its standard deviations: slip of both wheels, error of
 #: the wheel base, and where it begins, ahead and to the left (m) and turned (rad).
@@ -199,7 +200,7 @@ def draw(
     statics = checks.array("statics", statics, (len(STATICS), None))
     count = statics.shape[1]
     numbers = checks.array("numbers", numbers, (None, CHANNELS, count))
-    factor = _factors(times or {}, count)
+    factor = _factors({} if times is None else times, count)
     slip_right, slip_left, base, *start = np.array(SPREADS)[:, None] * statics
     white = [DISTURBANCE.position_noise] * 2 + [DISTURBANCE.heading_noise]
     late = factor.pop("delay")
@@ -250,7 +251,13 @@ def drive_drawn(tracker: Any, course: Course, offsets: np.ndarray, drawn: Drawn)
     -------
     Run
         A batch of n, or one robot.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no course, or several robots for a tracker that drives one; and as `simulate`.
     """
+    _check_course(course)
     alone = type(tracker).__name__ in SINGLE
     if alone and offsets.shape[1] != 1:
         raise InvalidParameter(f"{type(tracker).__name__} drives one robot; give one")
@@ -258,8 +265,14 @@ def drive_drawn(tracker: Any, course: Course, offsets: np.ndarray, drawn: Drawn)
     return simulate(tracker, course.reference, None, DT, offset, drawn, 0, SETTLE, 1e-9)
 
 
+def _check_course(course: Any) -> None:
+    """`InvalidParameter` for what is no course."""
+    checks.instance("course", course, Course, "a Course, such as one of paper_courses()")
+
+
 def samples_of(course: Course) -> int:
     """How many samples of random numbers a run on a course takes."""
+    _check_course(course)
     return len(course.reference.steps(DT)) + int(np.ceil(SETTLE / DT - 1e-9))
 
 
@@ -293,7 +306,6 @@ def outcome(
     The gap is measured at the samples, 5 mm apart at 0.1 m/s: beside a disc
     of 30 mm, the robot is nearer in between by less than 0.1 mm.
     """
-    checks.instance("course", course, Course, "a Course, such as one of paper_courses()")
     run = drive_drawn(tracker, course, *draw(statics, numbers, times))
     found = metrics.tracking(run, course.world)
     names = "clearance_m", "position_max_m", "position_final_m"
@@ -401,7 +413,8 @@ def shortfall(
         more than d/2, as far as the path keeps its shape.
     dimensions : int
     """
-    samples = samples_of(course) + 1
+    check_tracker(tracker)
+    samples, margin = samples_of(course) + 1, checks.not_negative("margin", margin)
 
     def level(numbers: np.ndarray) -> np.ndarray:
         statics, noise = numbers[: len(STATICS)], numbers[len(STATICS) :]
@@ -487,7 +500,12 @@ def sensitivity(
 
     if type(tracker).__name__ in SINGLE:
         raise InvalidParameter(f"{type(tracker).__name__} drives one robot; give a law for batches")
-    robots, rng = checks.whole("robots", robots, 1), np.random.default_rng(seed)
+    number = checks.whole("number", number, 1, most=MOST_AT_ONCE)
+    if number & (number - 1):
+        raise InvalidParameter(f"number is {number}; give a power of two")
+    robots = checks.whole("robots", robots, 1, most=MOST_AT_ONCE)
+    seed = checks.whole("seed", seed)
+    rng = np.random.default_rng(seed)
     statics = rng.standard_normal((len(STATICS), robots))
     noise = rng.standard_normal((samples_of(course) + 1, CHANNELS, robots))
 

@@ -50,13 +50,14 @@ class Tracker(Protocol):
         reference : Reference
             What to follow.
         robot : Robot
-            Robot, for a law that knows its limits.
+            Robot, for a law that knows its limits; most do not.
         dt : float
             Time for which each command is held (s).
 
         Returns
         -------
         Law
+            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
         """
 
 

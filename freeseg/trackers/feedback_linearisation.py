@@ -57,7 +57,7 @@ class FeedbackLinearisation:
         check_gains(self, "k1", "k2")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run, see `Tracker.start`."""
         see = watch(reference, dt, self.preview)
 
         def law(t, pose):

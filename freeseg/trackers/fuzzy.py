@@ -85,7 +85,7 @@ class Fuzzy:
         check_gains(self, "v_range", "omega_range")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run, see `Tracker.start`."""
         see = watch(reference, dt, self.preview)
 
         def law(t, pose):

@@ -55,7 +55,7 @@ class Kanayama:
         check_gains(self, "k_x", "k_y", "k_alpha")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run, see `Tracker.start`."""
         see = watch(reference, dt, self.preview)
 
         def law(t, pose):

@@ -65,7 +65,7 @@ class Lqr:
         check_gains(self, "q_x", "q_y")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run, see `Tracker.start`."""
         dt = checks.positive("dt", dt)
         see = watch(reference, dt, self.preview)
         # Gains that overflow do so at the ends of the speeds, and are named here.

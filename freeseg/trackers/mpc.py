@@ -45,6 +45,10 @@ LARGEST_WEIGHT = 1e6
 #: Solver of a programme in which the other one failed.
 RESCUE = "piqp"
 
+#: By how much a plan may break a constraint (m, m/s, m/s^2), and so much of its largest value more:
+#: ten times what either solver leaves.
+LEEWAY, LEEWAY_SHARE = 1e-7, 1e-10
+
 #: What a failed solve may lead to.
 ON_FAILURE = ("raise", "brake")
 
@@ -91,7 +95,8 @@ class Mpc:
     on_failure : {"raise", "brake"}
         Whether a failed solve raises, or warns and brakes as hard as the
         wheels can. A solve has failed where, after the solver, ``"piqp"``
-        fails too, from a standstill.
+        fails too, from a standstill. A plan that breaks the model or a limit
+        is a failure, whatever the solver calls it.
     delay, lag : float
         What it is told of the robot (s): after which time a command reaches
         the motors, a whole number of time steps, and their time constant.
@@ -174,23 +179,13 @@ class Mpc:
         checks.choice("on_failure", self.on_failure, ON_FAILURE)
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run.
-
-        Parameters
-        ----------
-        reference : Reference
-            What to follow.
-        robot : Robot
-            Robot, whose limits are kept.
-        dt : float
-            Time for which each command is held (s).
+        """The law for one run, see `Tracker.start`; the robot's limits are kept.
 
         Returns
         -------
         Law
-            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,), to be
-            called every `dt`: it assumes that the motors do what it
-            commanded, for a pose says nothing of their speeds.
+            For a pose of shape (3,), to be called every `dt`: it assumes that the
+            motors do what it commanded, for a pose says nothing of their speeds.
 
         Raises
         ------
@@ -274,6 +269,10 @@ class _Programme:
         found = {"x": self.best, "lam_x": self.lam_x, "lam_a": self.lam_a}
         self.arrays = objective | limits | guess | found
         self.optimise = self._optimiser(self.solver)
+        self.broken = np.zeros(1)
+        self.count_broken = _bind(
+            _constraints_broken(sparsity), **limits, x=self.best, broken=self.broken
+        )
 
     def _optimiser(self, solver):
         """One of the solvers, bound to the arrays."""
@@ -314,17 +313,23 @@ class _Programme:
         """Find the best plan by a solver, from the last prediction if there is one."""
         if self.solved:
             self._guess_from_prediction()
+            programmes = 1
         else:
             self._guess_standing_still()
-        for _ in range(1 if self.solved else FIRST_PROGRAMMES):
+            programmes = FIRST_PROGRAMMES
+        for _ in range(programmes):
             self._choose_discs()
             self.linearise()
-            status = optimise().stats()
-            if not status["success"]:
+            told = optimise().stats()
+            self.solved, status = told["success"], told["return_status"]
+            self.count_broken()
+            # Thrown from bound to bound, qrqp calls plans a success that break them by far.
+            if self.solved and self.broken[0]:
+                self.solved, status = False, f"its plan breaks {self.broken[0]:.0f} constraints"
+            if not self.solved:
                 break
             self.plan[:] = self.best
-        self.solved = status["success"]
-        return status["return_status"]
+        return status
 
     def _guess_from_prediction(self):
         """Move the best plan, and its multipliers, on by one step."""
@@ -517,6 +522,21 @@ def linearisation(motion: ca.Function, horizon: int, discs: int) -> ca.Function:
         ["plan", "state", "near", "rolled"],
         ["a", "lower", "upper"],
     )
+
+
+def _constraints_broken(sparsity):
+    """How many constraints and bounds of a programme a plan x breaks, as a CasADi function."""
+    a, x = ca.MX.sym("a", sparsity), ca.MX.sym("x", sparsity.size2())
+    limits = {name: ca.MX.sym(name, sparsity.size1()) for name in ("lba", "uba")}
+    limits |= {name: ca.MX.sym(name, sparsity.size2()) for name in ("lbx", "ubx")}
+    values = ca.vertcat(ca.mtimes(a, x), x)
+    least, most = (ca.vertcat(limits[f"{end}a"], limits[f"{end}x"]) for end in ("lb", "ub"))
+    # What is not a number is not within its limits either.
+    leeway = LEEWAY + LEEWAY_SHARE * ca.norm_inf(values)
+    kept = ca.logic_and(least - leeway <= values, values <= most + leeway)
+    names = ["a", *limits, "x"]
+    broken = ca.sum1(ca.logic_not(kept))
+    return ca.Function("broken", [a, *limits.values(), x], [broken], names, ["broken"])
 
 
 def _one_pose(pose):

@@ -121,23 +121,9 @@ class Pid:
         return v, omega, v_r * (bend - bounded)
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run.
+        """The law for one run, see `Tracker.start`.
 
-        Parameters
-        ----------
-        reference : Reference
-            What to follow.
-        robot : Robot
-            Robot; its limits stop the integrals.
-        dt : float
-            Time for which each command is held (s); with zero, the integrals
-            stay zero.
-
-        Returns
-        -------
-        Law
-            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n);
-            to be called once for each time step, in their order.
+        The robot's limits stop the integrals; with a `dt` of zero, they stay zero.
         """
         see, send = watch(reference, dt, self.preview), follow_limits(robot, dt)
         integrals = 0.0, 0.0

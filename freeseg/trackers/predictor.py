@@ -88,7 +88,7 @@ class Predicting:
             object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`.
+        """The law for one run, see `Tracker.start`.
 
         It takes the poses that the tracker's law takes, and is to be called once
         for each time step, in their order.

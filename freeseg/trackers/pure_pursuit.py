@@ -59,7 +59,7 @@ class PurePursuit:
         check_gains(self, "k_x")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run, see `Tracker.start`."""
         see = watch(reference, dt, self.preview)
         forwards_only(self, reference, spot=False)
         arc_length = np.hypot(*np.diff(reference.pose[:2], axis=1)).cumsum()

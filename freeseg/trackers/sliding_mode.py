@@ -73,22 +73,7 @@ class SlidingMode:
         check_gains(self, "k1", "k2")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run.
-
-        Parameters
-        ----------
-        reference : Reference
-            What to follow.
-        robot : Robot
-            Robot; unused, for this law does not know its limits.
-        dt : float
-            Time for which each command is held (s).
-
-        Returns
-        -------
-        Law
-            ``law(t, pose) -> (v, omega)``, for a pose of shape (3,) or (3, n).
-        """
+        """The law for one run, see `Tracker.start`."""
         switch = SWITCHING[self.switching]
 
         def approach(s1, s2):

@@ -64,7 +64,7 @@ class Stanley:
         check_gains(self, "k", "k_x")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run, see `SlidingMode.start`."""
+        """The law for one run, see `Tracker.start`."""
         see = watch(reference, dt, self.preview)
         forwards_only(self, reference)
         b = self.ahead

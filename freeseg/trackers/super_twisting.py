@@ -60,22 +60,14 @@ class SuperTwisting:
         check_gains(self, "lambda1", "lambda2", "w1", "w2")
 
     def start(self, reference: Reference, robot: Robot, dt: float) -> Law:
-        """The law for one run.
+        """The law for one run, see `Tracker.start`.
 
-        Parameters
-        ----------
-        reference : Reference
-            What to follow.
-        robot : Robot
-            Robot; its limits stop the integrals. They are reckoned without
-            delay and lag.
-        dt : float
-            Time for which each command is held (s), positive.
+        The robot's limits stop the integrals. They are reckoned without delay and lag.
 
-        Returns
-        -------
-        Law
-            To be called once for each time step, in their order.
+        Raises
+        ------
+        InvalidParameter
+            For a time step that is not positive.
         """
         dt = checks.positive("dt", dt)
         first = _SuperTwist(self.lambda1, self.w1, dt)
