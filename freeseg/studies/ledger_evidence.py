@@ -556,7 +556,7 @@ SOURCES: dict[str, Source] = {
     "comparison": Source(comparing.load_comparison, _comparison, "comparison.npz"),
     "stress": Source(stress.load_stress, _stress, "stress.npz"),
     "movers": Source(moving.load_drives, _movers, "movers.npz"),
-    "crossings": Source(crossings.load_rivals, _crossings, "movers_optimal.csv"),
+    "crossings": Source(crossings.load_crossings, _crossings, "movers_optimal.csv"),
     "tracker_steps": Source(
         _csv("tracker_steps.csv", tracker=str, median_us=float, p99_us=float),
         _steps,
