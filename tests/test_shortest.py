@@ -193,7 +193,7 @@ MOTIONS = {
 def test_optimum_does_not_depend_on_the_frame_nor_on_the_scale(robot, motion):
     matrix, shift = MOTIONS[motion]
     scale = np.sqrt(abs(np.linalg.det(matrix)))
-    scaled = fs.KheperaIV(diameter=scale * robot.diameter)
+    scaled = fs.KheperaIV(scale * robot.wheel_base, scale * robot.diameter)
     lengths = []
     for seed in range(40):
         world, start, goal, margin = crowded_question(seed, most=30)
@@ -409,7 +409,7 @@ def test_tiny_robots_in_tiny_worlds(size, unit):
     start, goal = np.array([(-3, 0.3), (3, 0)])
     optimum = check_optimum(fs.World([unit]), start, goal, fs.KheperaIV(diameter=1), 0.1)
     world, move = transformed(fs.World([unit]), size * np.eye(2))
-    ask = world, move(start), move(goal), fs.KheperaIV(diameter=size), 0.1 * size
+    ask = world, move(start), move(goal), fs.KheperaIV(0.8 * size, size), 0.1 * size
     assert fs.shortest_path(*ask).path.length == pytest.approx(size * optimum, rel=1e-6)
     for planner in (fs.plan, rooms_first):
         path = planner(*ask).path
@@ -474,7 +474,7 @@ def test_obstacles_that_meet_are_gone_round_together(robot, second):
 def test_no_robot_is_so_small_that_it_drives_through_a_wall(planner, size):
     # Below 2 nm, what round-off may take from a clearance is all of it.
     world = fs.World([fs.Polygon(size * SQUARE)])
-    robot = fs.KheperaIV(diameter=size)
+    robot = fs.KheperaIV(0.8 * size, size)
     try:
         path = planner(world, (-3 * size, 0), (3 * size, 0), robot, 0.1 * size).path
     except (fs.InvalidParameter, fs.InvalidQuery, fs.Trapped):
