@@ -51,7 +51,9 @@ def test_invalid_parameter(name, value):
     ("wheel_base", "diameter"), [(0.34, 0.3), (24, 0.3), (0.3001, 0.3), (np.float64(2), 1)]
 )
 def test_wheels_outside_the_disc_are_refused(wheel_base, diameter):
-    named = rf"robot\.wheel_base is {wheel_base:g} m, .*{diameter:g} m.*covers the wheels.*from_foot"
+    named = (
+        rf"robot\.wheel_base is {wheel_base:g} m, .*{diameter:g} m.*covers the wheels.*from_foot"
+    )
     for make in (fs.Robot, fs.KheperaIV):
         with pytest.raises(fs.InvalidParameter, match=named):
             make(wheel_base, diameter, 0.07, 10, 20)

@@ -1,3 +1,6 @@
+import json
+import re
+
 import numpy as np
 import oracle
 import pytest
@@ -7,6 +10,8 @@ from hypothesis import strategies as st
 from worlds import crowded_question, rooms_first, transformed
 
 import freeseg as fs
+from freeseg.planners import tangent_search
+from freeseg.planners.compilation import compiled
 from freeseg.planners.query import ask
 from freeseg.planners.route import shortest_route
 from freeseg.segments import MARGIN
@@ -403,6 +408,30 @@ def test_a_large_disc_by_hand(robot, radius):
     assert plan.path.length == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("size", [1e-4, 1, 1e4])
+@pytest.mark.parametrize("margin", [0, 0.05])
+def test_the_free_position_in_a_message_is_short_and_free(size, margin):
+    robot = fs.KheperaIV(0.2 * size, 0.3 * size)
+    disc = fs.World([fs.Disc((0.1 * size, 0), size)])
+    square = fs.World([fs.Polygon(size * SQUARE)])
+    for world, start in (
+        (disc, (0.9, 0)),
+        (disc, (0.5, 0.7)),
+        (square, (1.05, 0)),
+        (square, (0, 1.1)),
+    ):
+        with pytest.raises(fs.InvalidQuery, match="nearest_free gives") as caught:
+            fs.shortest_path(world, size * np.array(start), (9 * size, 0), robot, margin * size)
+        named = json.loads(str(caught.value).split("nearest_free gives ")[1])
+        digits = 3 if size >= 1 else 7
+        assert [round(part, digits + 6) for part in named] == named
+        if margin:
+            assert [round(part, digits) for part in named] == named
+            assert "e-" not in str(named) or size < 1
+        assert "-0.0" not in re.findall(r"[^\[\], ]+", str(named))
+        fs.shortest_path(world, named, (9 * size, 0), robot, margin * size)
+
+
 @pytest.mark.parametrize("size", [1e-3, 1e-6, 1e-7])
 @pytest.mark.parametrize("unit", [fs.Disc((0, 0), 1), fs.Polygon(SQUARE)], ids=["disc", "square"])
 def test_tiny_robots_in_tiny_worlds(size, unit):
@@ -480,3 +509,18 @@ def test_no_robot_is_so_small_that_it_drives_through_a_wall(planner, size):
     except (fs.InvalidParameter, fs.InvalidQuery, fs.Trapped):
         return
     assert not shapely.LineString(path.sample(size / 50)).intersects(world.cores[0])
+
+
+def test_a_listener_is_told_once_why_the_first_plan_takes_longer(caplog, capsys):
+    pytest.importorskip("numba")
+    compiled.__wrapped__(tangent_search)
+    assert not caplog.records
+    with caplog.at_level("INFO", "freeseg"):
+        compiled.__wrapped__(tangent_search)
+        compiled(tangent_search)
+        compiled(tangent_search)
+    told = [record.getMessage() for record in caplog.records]
+    # The second loading is of this process, where it did not plan before.
+    assert 1 <= len(told) <= 2
+    assert "compiled, which may take a minute" in told[0]
+    assert capsys.readouterr() == ("", "")

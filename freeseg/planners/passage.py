@@ -13,13 +13,10 @@ from freeseg.planners.query import Query
 from freeseg.world import World
 
 #: So often the clearance is halved: what is left of it is less than a message shows.
-HALVINGS = 14
+HALVINGS = 12
 
 #: A way that is narrower than this share of what is asked for is none: obstacles touch.
 NARROWEST = 1e-4
-
-#: In worlds of more edges, so many searches would take longer than the answer is worth.
-SEARCHED = 5000
 
 
 class Passage(NamedTuple):
@@ -125,9 +122,7 @@ def _narrowest(
 
 
 def remedy(query: Query, way: Callable[[Query], Path | None]) -> str:
-    """What helps where there is no path, in words."""
-    if len(query.world.edges) > SEARCHED:
-        return "move the start or the goal, or plan for a smaller robot or margin"
+    """What helps where there is no path, in words; see `widest_passage`."""
     found = widest_passage(query, way)
     if found is None:
         return "move the start or the goal: no robot would pass, however small"

@@ -24,6 +24,10 @@ from freeseg.world import World
 OFTEN, FEW = 300, 32
 _SMALL_SEARCHES = itertools.count()
 
+#: In worlds of more edges, compiled or not, the searches for what would pass take longer than the
+#: answer is worth.
+SEARCHED, PLAIN = 5000, 300
+
 #: In so many parts of a turn headings are told apart: many cost little where it is compiled.
 FINE, COARSE = 512, 64
 
@@ -84,9 +88,17 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
             f"{_in_words(world, np.flatnonzero(counts))} leave no way "
             f"from {query.start.tolist()} to {query.goal.tolist()} for a robot of "
             f"{query.robot.diameter:g} m with a margin of {query.margin:g} m",
-            lambda: remedy(query, _way),
+            lambda: _remedy(query),
         )
     return Route(*_drop_grazed(query, turns), met, length)
+
+
+def _remedy(query: Query) -> str:
+    """What helps where there is no path, in words: how large a robot would pass, if soon found."""
+    edges = len(query.world.edges)
+    if edges > (PLAIN if _kernels(edges) is tangent_search else SEARCHED):
+        return "move the start or the goal, or plan for a smaller robot or margin"
+    return remedy(query, _way)
 
 
 def _way(query: Query) -> Path | None:
@@ -96,7 +108,7 @@ def _way(query: Query) -> Path | None:
 
 
 def _search(query: Query, counts: np.ndarray) -> tuple[list[TurningPoint], float, tuple[int, ...]]:
-    """Turns and length (m), infinite for no route, among the obstacles that count (n,), and `met`."""
+    """Turns, length (m; infinite for no route) and `met` among the obstacles that count (n,)."""
     layout = _lay_out(query.world, turning_radius(query.robot, query.margin))
     scene, kernels = _set(query, layout, counts)
     found, length, reached = kernels.search(scene)
