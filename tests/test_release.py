@@ -263,3 +263,50 @@ def test_there_are_plans_of_ten_and_of_four_weeks():
     ten = next(plan for plan in plans().values() if len(plan) == 10)
     assert set().union(*(due for *_, due in ten)) == set(course.sets())
     assert {one for _, read, chosen, *_ in ten for one in read + chosen} == set(course.lessons())
+
+
+def commands():
+    """Of each file of data/ in the table of how to compute it again: its row's second column."""
+    text = (ROOT / "docs/compute_again.md").read_text(encoding="utf-8")
+    rows = [row.strip("|").split("|") for row in re.findall(r"^\| `.*\|$", text, re.M)]
+    return {file: row[1] for row in rows for file in re.findall(r"`(\S+)`", row[0])}
+
+
+def test_every_file_of_data_has_a_row_that_says_how_it_is_written():
+    kept = {
+        file.name for file in (ROOT / "data").iterdir() if file.suffix not in (".py", ".md", "")
+    }
+    assert commands().keys() - {"codecheck.yml", "ro-crate-metadata.json"} == kept
+
+
+@pytest.mark.parametrize(("file", "command"), commands().items())
+def test_the_command_that_writes_a_file_is_there_and_names_it(file, command):
+    if "by hand" in command or " -c " in command:
+        return
+    name, *told = re.search(r"`python (\S+)(.*?)`", command).groups()
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for option in re.findall(r"--\w+", " ".join(told)):
+        assert f'"{option}"' in text, option
+    assert file in text or f"data/{file}" in command
+    sources = (ROOT / "data/README.md").read_text(encoding="utf-8")
+    assert Path(name).name in sources or file.endswith((".yml", ".json"))
+
+
+def test_the_map_s_command_writes_the_map(tmp_path):
+    code = re.search(r"-c '(.+?)'", commands()["floor_plan.pgm"])[1]
+    exec(code.replace("data/floor_plan.yaml", str(tmp_path / "floor_plan.yaml")), {})
+    for file in ("floor_plan.yaml", "floor_plan.pgm"):
+        assert (tmp_path / file).read_bytes() == (ROOT / "data" / file).read_bytes()
+
+
+def test_the_readme_s_example_of_a_finding_is_one():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    version, claim, number, file = re.search(
+        r"> freeseg (\S+), claim (C\d+) \(notebook (\w\d)\), (data/\S+)\.$", text, re.M
+    ).groups()
+    assert version == fs.__version__
+    crate = json.loads((ROOT / "ro-crate-metadata.json").read_text(encoding="utf-8"))["@graph"]
+    (review,) = (one for one in crate if one["@id"] == f"#{claim}-verdict")
+    notebook, *files = (one["@id"] for one in review["isBasedOn"])
+    assert notebook.startswith(f"notebooks/{number}_")
+    assert file in files
