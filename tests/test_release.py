@@ -1,5 +1,6 @@
 """What a release promises: names documented, data with sources, links that lead somewhere."""
 
+import csv
 import importlib
 import importlib.util
 import inspect
@@ -310,3 +311,26 @@ def test_the_readme_s_example_of_a_finding_is_one():
     notebook, *files = (one["@id"] for one in review["isBasedOn"])
     assert notebook.startswith(f"notebooks/{number}_")
     assert file in files
+
+
+def terms():
+    """Rows of the book's terms, each with the section that teaches it."""
+    with (ROOT / "docs/terms.csv").open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.mark.parametrize("row", terms(), ids=lambda row: row["term"])
+def test_a_term_of_the_book_has_a_section_that_names_it(row):
+    file = ROOT / row["page"]
+    text = text_of(file.with_suffix(".ipynb" if file.parent.name == "notebooks" else ".md"))
+    if row["page"] == "docs/index":
+        text += text_of(ROOT / "README.md")
+    # Without code in headings, as `text_of` is.
+    heads = [" ".join(title.split()) for title in re.findall(r"^#+ (.+)$", text, re.M)]
+    assert any(" ".join(row["heading"].replace("sat ", "").split()) == one for one in heads)
+    assert all(word[:5].lower() in text.lower() for word in row["term"].split())
+
+
+def test_no_term_of_the_book_stands_twice():
+    names = [row["term"] for row in terms()]
+    assert len(names) == len(set(names)) > 50
