@@ -60,7 +60,8 @@ def broken_links(book):
 
 if __name__ == "__main__":
     book = Path(sys.argv[1] if sys.argv[1:] else DOCS / "_build" / "html").resolve()
-    told = ["-W", "--keep-going", "-q", "-c", str(DOCS), str(DOCS.parent), str(book)]
+    # All anew: of pages that it does not write, Sphinx's search forgets the entries of the index.
+    told = ["-W", "--keep-going", "-q", "-E", "-a", "-c", str(DOCS), str(DOCS.parent), str(book)]
     if failed := main(told):
         sys.exit(failed)
     if found := broken_links(book):

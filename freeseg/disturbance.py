@@ -2,14 +2,14 @@
 
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import exp, expm1, isclose
 
 import numpy as np
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
-from freeseg.robot import Robot, reached_speeds
+from freeseg.robot import Robot, reached_speeds, with_wheel_base
 
 #: How many samples of random numbers are drawn at once: what bounds their memory.
 BLOCK = 32
@@ -183,7 +183,7 @@ class Disturbance:
 
     def plant(self, robot: Robot) -> Robot:
         """The robot as it is: `robot` with its true wheel base."""
-        return replace(robot, wheel_base=robot.wheel_base * (1 + self.wheel_base_error))
+        return with_wheel_base(robot, robot.wheel_base * (1 + self.wheel_base_error))
 
 
 def shaken(

@@ -25,7 +25,30 @@ class InvalidData(FreesegError, ValueError):
 
 
 class NoPath(FreesegError):
-    """There is no path for this robot and margin: the search proved it."""
+    """There is no path for this robot and margin: the search proved it.
+
+    Parameters
+    ----------
+    message : str
+        What leaves no path.
+    remedy : callable, optional
+        What helps, in words. It takes some more searches to say what would pass, so it is
+        asked when the message is first read: who only catches the error pays nothing.
+    """
+
+    def __init__(self, message: str, remedy: abc.Callable[[], str] | None = None):
+        super().__init__(message)
+        self._remedy = remedy
+
+    def __str__(self) -> str:
+        if self._remedy is not None:
+            self.args = (f"{self.args[0]}; {self._remedy()}",)
+            self._remedy = None
+        return super().__str__()
+
+    def __reduce__(self) -> tuple[type["NoPath"], tuple[str]]:
+        # Another process has no world to ask.
+        return type(self), (str(self),)
 
 
 class Trapped(FreesegError):

@@ -164,7 +164,9 @@ class Explorer:
 
     def _plan(self) -> Plan:
         planner = PLANNERS[self.controls["planner"].value]
-        robot = replace(KheperaIV(), diameter=self.controls["robot"].value / 1000)
+        diameter = self.controls["robot"].value / 1000
+        # The wheels of a small one move inwards, so that it covers them.
+        robot = KheperaIV(min(KheperaIV().wheel_base, diameter), diameter)
         start, goal = self._ends()
         return planner(self.world, start, goal, robot, self.controls["margin"].value / 1000)
 

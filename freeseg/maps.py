@@ -25,6 +25,12 @@ EQUATOR, ECCENTRICITY_2 = 6_378_137.0, 0.00669437999014
 #: No place of a map in degrees is farther from its origin than that (m).
 FARTHEST_MAPPED = 1e5
 
+#: Without a unit, what is no wider than that is in degrees and not in metres.
+SMALLEST_MAP = 0.1
+
+#: Names of systems of coordinates that are longitude and latitude.
+DEGREES = "CRS84", "EPSG::4326", "EPSG:4326"
+
 #: A grid of more cells than that would fill the memory.
 MOST_CELLS = 10**8
 
@@ -222,7 +228,9 @@ def _as_boundary(boundary: object) -> np.ndarray:
 # ---- GeoJSON ----------------------------------------------------------------------------------
 
 
-def load_geojson(file: File, unit: str = "m", origin: Sequence[float] | None = None) -> World:
+def load_geojson(
+    file: File, unit: str | None = None, origin: Sequence[float] | None = None
+) -> World:
     """A world of a GeoJSON file.
 
     Parameters
@@ -236,7 +244,8 @@ def load_geojson(file: File, unit: str = "m", origin: Sequence[float] | None = N
     unit : {"m", "deg"}, optional
         What the coordinates are: x and y in metres, as CAD programs and
         `save_geojson` write them, or longitude and latitude in degrees, as
-        RFC 7946 wants them. No file says for sure which it is.
+        RFC 7946 wants them. No file says for sure which it is: not given, it
+        is metres, unless the file looks like degrees.
     origin : (float, float), optional
         With degrees: longitude and latitude of the world's point (0, 0);
         by default the middle of the map.
@@ -251,7 +260,9 @@ def load_geojson(file: File, unit: str = "m", origin: Sequence[float] | None = N
     InvalidData
         For a file that is missing, no GeoJSON, or of another kind of
         geometry; a point without a radius; two boundaries; or a place that is
-        not on the globe or over 100 km from the origin.
+        not on the globe or over 100 km from the origin. Without a unit, also
+        for a file whose ``"crs"`` has degrees, or that would be less than
+        100 mm across: a building is, in degrees.
     InvalidParameter
         For another unit, or an origin that is not on the globe.
 
@@ -263,10 +274,14 @@ def load_geojson(file: File, unit: str = "m", origin: Sequence[float] | None = N
     than 2e-6 of it within 10 km of the origin, 2e-4 within 100 km. (To scale
     longitudes by the cosine of one latitude would be wrong by 2e-3 at 10 km.)
     """
-    checks.choice("unit", unit, ("m", "deg"))
+    if unit is not None:
+        checks.choice("unit", unit, ("m", "deg"))
     path, text = _read_text(file)
     try:
-        shapes = list(_features(json.loads(text)))
+        found = json.loads(text)
+        shapes = list(_features(found))
+        if unit is None:
+            _check_metres(found, shapes)
         if unit == "deg":
             shapes = _project(shapes, origin)
         obstacles, boundaries = [], []
@@ -327,6 +342,22 @@ def save_geojson(
     ]
     lines = ",\n".join(json.dumps(feature) for feature in features)
     _write(file, f'{{"type": "FeatureCollection", "features": [\n{lines}\n]}}\n'.encode())
+
+
+def _check_metres(found: dict[str, Any], shapes: list[tuple[shapely.Geometry, Any]]) -> None:
+    """`InvalidData` for a GeoJSON object in degrees, as far as one can tell."""
+    remedy = "give unit='deg', or unit='m' if they are metres"
+    system = json.dumps(found.get("crs"))
+    if any(name in system for name in DEGREES):
+        raise InvalidData(f"its crs is {checks.shown(found['crs'])}, which has degrees; {remedy}")
+    places = shapely.get_coordinates([shape for shape, _ in shapes])
+    across = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+    # What is a point is a disc, of any radius.
+    if 0 < across < SMALLEST_MAP:
+        raise InvalidData(
+            f"its coordinates are within {across:.3g} of each other, which is too small for a map "
+            f"in metres, and RFC 7946 has degrees; {remedy}"
+        )
 
 
 def _features(found: Any) -> Iterable[tuple[shapely.Geometry, dict[str, Any]]]:

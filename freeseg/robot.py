@@ -1,7 +1,7 @@
 """A differential-drive robot: sizes, limits, wheel and body velocities, exact motion."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, Self
 
@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 from freeseg import checks
 from freeseg.data import DATA, read_csv
 from freeseg.errors import InvalidData, InvalidParameter
+
+#: Sizes that differ by less than this share of them are the same, but for round-off.
+SAME = 1e-9
 
 #: What a message asks for where wheel speeds are wanted.
 WHEELS = "right and left wheel speed (m/s)"
@@ -42,10 +45,10 @@ class Robot:
     Parameters
     ----------
     wheel_base : float
-        Distance L between the wheels (m).
+        Distance L between the wheels (m), at most the diameter.
     diameter : float
-        Diameter D_r of the body (m); of a body that is not round, see
-        `from_footprint`.
+        Diameter D_r of the body, wheels included (m); of a body that is not
+        round, see `from_footprint`.
     wheel_radius : float
         Radius of a wheel (m).
     max_wheel_rate : float
@@ -56,7 +59,8 @@ class Robot:
     Raises
     ------
     InvalidParameter
-        For a value that is not a positive finite number.
+        For a value that is not a positive finite number, and for wheels that
+        stand outside the body.
 
     Examples
     --------
@@ -74,6 +78,13 @@ class Robot:
         for parameter in fields(self):
             value = checks.positive(f"robot.{parameter.name}", getattr(self, parameter.name))
             object.__setattr__(self, parameter.name, value)
+        if self.wheel_base > self.diameter * (1 + SAME):
+            raise InvalidParameter(
+                f"robot.wheel_base is {self.wheel_base:g} m, but robot.diameter only "
+                f"{self.diameter:g} m, so the wheels would stick out of the disc that is planned "
+                "for; give a diameter that covers the wheels, or their outline to "
+                "Robot.from_footprint, or a smaller wheel_base; lengths are in metres, not cm"
+            )
 
     def __str__(self):
         return f"<{type(self).__name__}, {self.diameter:g} m wide>"
@@ -85,7 +96,8 @@ class Robot:
         Parameters
         ----------
         outline : array_like, shape (n, 2)
-            Corners of the body (m), seen from the middle of the axle.
+            Corners of the body, wheels included (m), seen from the middle of
+            the axle.
         **sizes : float
             All other parameters.
 
@@ -296,6 +308,17 @@ class KheperaIV(Robot):
     wheel_radius: float = _published("wheel_radius")
     max_wheel_rate: float = _published("max_wheel_rate")
     max_wheel_rate_change: float = _published("max_wheel_rate_change")
+
+
+def with_wheel_base(robot: Robot, wheel_base: float | np.ndarray) -> Robot:
+    """`robot` as it turns, not as it was measured: with another wheel base (m).
+
+    How a robot turns stands for all that makes it turn differently, so the base may be
+    wider than the body; a batch has an array of them, shape (n,).
+    """
+    true = replace(robot)
+    object.__setattr__(true, "wheel_base", wheel_base)
+    return true
 
 
 def as_robot(robot: Robot | None) -> Robot:

@@ -319,7 +319,10 @@ class World:
 
     def __repr__(self) -> str:
         bounded = ", the last of them what is outside the boundary"
-        return f"World of {len(self)} obstacles{'' if self.boundary is None else bounded}"
+        if self.boundary is not None and len(self) == 1:
+            return "World of 1 obstacle, which is what is outside the boundary"
+        count = f"{len(self)} obstacle{'' if len(self) == 1 else 's'}"
+        return f"World of {count}{'' if self.boundary is None else bounded}"
 
     @property
     def frame(self) -> int | None:

@@ -572,6 +572,6 @@ def test_a_margin_in_mm_is_refused(tables):
 
 
 def test_a_plan_says_what_it_was_made_for(tables):
-    robot = fs.KheperaIV(diameter=0.1)
+    robot = fs.KheperaIV(0.08, diameter=0.1)
     found = fs.plan(tables[1], (0, 0), (0.25, 0.75), robot, 0.01)
     assert (found.world, found.robot, found.margin) == (tables[1], robot, 0.01)

@@ -151,7 +151,7 @@ def test_the_papers_choice_holds_in_all_cases_of_table_1(shown):
 def test_a_smaller_robot_turns_at_the_same_point_until_it_needs_no_turn(shown, robot):
     passing = shown["distances"][shown["blocking"]]
     for diameter in (robot.diameter, 0.12, 1.99 * passing):
-        small = fs.KheperaIV(diameter=diameter)
+        small = fs.KheperaIV(0.5 * diameter, diameter)
         plan = fs.plan(shown["world"], shown["start"], shown["goal"], small, MARGIN)
         assert (not plan.turning_points) == (diameter / 2 < passing)
         for turn in plan.turning_points:

@@ -1,8 +1,10 @@
 """Notebook 18: margins close the doors that they should, and tolerances open no wall."""
 
+import numpy as np
 import shapely
 from lessons import lesson
 from matplotlib.figure import Figure
+from numpy.testing import assert_allclose
 
 STEM = "18_plan_in_your_own_map"
 #: Widths of the meeting room's own door and of all others (m), as data/README.md gives them.
@@ -44,3 +46,20 @@ def test_tolerances_only_ever_add_rock():
     assert corners == sorted(corners, reverse=True)
     lengths = [crossing.length for crossing in crossings.values()]
     assert min(lengths) == crossings[0].length
+
+
+def test_the_commands_handed_over_drive_the_robot_to_the_goal():
+    commands, way_points, handed, own, robot, goal, origin = lesson(
+        STEM, "commands", "way_points", "handed", "own", "robot", "goal", "origin"
+    )
+    t, x, y, yaw, v, omega = commands.T
+    pose = np.array([x[0], y[0], yaw[0]])
+    assert_allclose(pose[:2], 0, atol=1e-9)
+    # As a robot would drive them: each pair until the next one.
+    for step, command in zip(np.diff(t), zip(v, omega, strict=True), strict=False):
+        pose = robot.move(pose, robot.to_wheels(*command), step)
+    assert_allclose(pose[:2], goal + origin, atol=0.1)
+    assert np.abs(robot.to_wheels(v, omega)).max() <= robot.max_wheel_speed
+    assert np.hypot(*np.diff(way_points, axis=0).T).max() <= 0.5 + 1e-9
+    assert_allclose(way_points[[0, -1]], [(0, 0), goal + origin])
+    assert handed.path.clearance(own) >= robot.radius

@@ -152,6 +152,36 @@ def test_the_middle_of_a_map_in_degrees_is_the_origin(tmp_path):
     assert obstacle.core.area == pytest.approx(74.6 * 111.2, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    "crs", ["urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:EPSG::4326", "EPSG:4326"]
+)
+def test_a_file_that_names_degrees_is_not_read_as_metres(tmp_path, crs):
+    file = tmp_path / "map.geojson"
+    maps.save_geojson(WORLD, file)
+    found = json.loads(file.read_text())
+    found["crs"] = {"type": "name", "properties": {"name": crs}}
+    file.write_text(json.dumps(found))
+    with pytest.raises(fs.InvalidData, match=r"crs is .* has degrees; give unit='deg'"):
+        maps.load_geojson(file)
+    assert_same(maps.load_geojson(file, "m"), WORLD)
+    # A projected system is in metres.
+    found["crs"]["properties"]["name"] = "urn:ogc:def:crs:EPSG::25832"
+    file.write_text(json.dumps(found))
+    assert_same(maps.load_geojson(file), WORLD)
+
+
+def test_a_building_in_degrees_does_not_become_one_of_a_centimetre(tmp_path):
+    file = tmp_path / "map.geojson"
+    maps.save_geojson(WORLD, file, "deg", (9.1, 48.7))
+    with pytest.raises(fs.InvalidData, match=r"too small for a map in metres.*unit='deg'"):
+        maps.load_geojson(file)
+    assert_same(maps.load_geojson(file, "deg", (9.1, 48.7)), WORLD, atol=1e-8)
+    # Who says that it is that small is believed; one disc may be anywhere.
+    assert np.ptp(maps.load_geojson(file, "m")[1].rings[0], axis=0).max() < 1e-3
+    maps.save_geojson(alone := fs.World([fs.Disc((3, 4), 0.01)]), file)
+    assert_same(maps.load_geojson(file), alone)
+
+
 def test_features_as_others_write_them(tmp_path):
     file = tmp_path / "map.geojson"
     square = {"type": "Polygon", "coordinates": [[[*corner, 7] for corner in [*SQUARE, SQUARE[0]]]]}

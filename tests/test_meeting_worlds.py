@@ -198,7 +198,7 @@ def test_a_scaled_world_has_the_same_rooms():
     outlines = [star(rng, (x, y), 0.6) for x in range(4) for y in range(4)]
     for scale in (1e-2, 1, 1e4):
         world = fs.World([fs.Polygon(scale * outline) for outline in outlines])
-        robot = fs.KheperaIV(diameter=0.1 * scale)
+        robot = fs.KheperaIV(0.08 * scale, 0.1 * scale)
         plan = fs.plan_rooms(world, (-scale, -scale), (4 * scale, 4 * scale), robot, 0.01 * scale)
         assert plan.path.length / scale == pytest.approx(
             fs.shortest_path(

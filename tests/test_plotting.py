@@ -548,7 +548,7 @@ def test_palette_names_its_colours():
 
 
 def test_two_robots_in_one_picture_are_refused(world, plan, robot):
-    small = fs.KheperaIV(diameter=0.1)
+    small = fs.KheperaIV(diameter=0.1, wheel_base=0.08)
     other = fs.simulate(fs.SlidingMode(), fs.make_reference(plan.path, small))
     for draw in (fs.plotting.plot_tracking, fs.plotting.animate):
         with pytest.raises(fs.InvalidParameter, match="give those of one robot"):

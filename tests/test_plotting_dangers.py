@@ -60,7 +60,7 @@ def test_plot_repairs_draws_the_clearance_after_every_step(cases, robot, ax):
 
 def test_plot_repairs_is_of_one_robot(world_and_query):
     world, start, goal = world_and_query
-    plans = {d: fs.plan(world, start, goal, fs.KheperaIV(diameter=d)) for d in (0.1, 0.12)}
+    plans = {d: fs.plan(world, start, goal, fs.KheperaIV(0.08, diameter=d)) for d in (0.1, 0.12)}
     with pytest.raises(fs.InvalidParameter, match="plans are for 2 robots"):
         plot_repairs(plans)
     with pytest.raises(fs.InvalidParameter, match="plans are for 0 robots"):

@@ -80,7 +80,7 @@ def test_obstacles_fill_the_whole_square():
 @pytest.mark.parametrize("seed", range(20))
 def test_start_and_goal_are_free_with_the_margin(seed, robot):
     world = fs.random_world(30, seed, ("disc", "polygon"), area=0.03)
-    for asked, margin in [(robot, 0.005), (robot, 0.05), (fs.KheperaIV(diameter=0.05), 0.001)]:
+    for asked, margin in [(robot, 0.005), (robot, 0.05), (fs.KheperaIV(0.04, 0.05), 0.001)]:
         ends = np.array(fs.random_query(world, seed, asked, margin))
         assert world.distances(shapely.points(ends)[:, None]).min() > asked.radius + margin / 2
         low, high = world.edges.min((0, 1)), world.edges.max((0, 1))

@@ -1,6 +1,8 @@
 """What a release promises: names documented, data with sources, links that lead somewhere."""
 
+import csv
 import importlib
+import importlib.util
 import inspect
 import json
 import re
@@ -22,6 +24,17 @@ PAGES = [
 REFERENCE = sorted((ROOT / "docs/api").glob("*.rst"))
 #: Packages and modules whose names are public as well.
 PUBLIC = ["display", "maps", "metrics", "plotting", "reactive", "studies", "teaching", "trackers"]
+
+
+def script(file):
+    """A script of docs/, imported."""
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+course = script(ROOT / "docs/course.py")
 
 
 def public_names(module):
@@ -185,3 +198,139 @@ def test_workflows_and_forms_can_be_read(file):
         ]
         for script in re.findall(r"[\w./]+/[\w.]+(?:\.py|run)\b", " ".join(commands)):
             assert (ROOT / script).exists(), script
+
+
+def test_the_course_plan_says_what_follows_from_the_notebooks():
+    text = course.COURSE.read_text(encoding="utf-8")
+    assert course.written(text) == text, "run python docs/course.py"
+    rule = course.WORDS_A_MINUTE, course.MINUTES_A_CELL, course.MINUTES_AN_EXERCISE
+    told = r"(\d+) words of prose a minute, (\d+) minute[\s\S]+?(\d+) minutes for an exercise"
+    assert re.search(told, text).groups() == tuple(map(str, rule))
+
+
+def test_the_course_plan_lists_every_lesson_once():
+    text = course.COURSE.read_text(encoding="utf-8")
+    listed = re.findall(r"^\| \[(\w+)\]", text, re.M)
+    assert listed == [file.stem for file in course.lessons().values()]
+    assert {"00", "18", "A1", "A2"} <= {name[:2] for name in listed}
+
+
+def test_lessons_build_on_what_they_name():
+    direct = course.needs()
+    assert direct["12"] == {"08", "10", "11"}
+    assert course.all_needs("12", direct) == {f"{one:02}" for one in range(1, 12)} - {"07"}
+    assert direct["18"] == {"00"}  # 14 is said to help
+    assert direct["17"] == set()
+
+
+def test_hours_grow_with_words_cells_and_exercises(tmp_path):
+    def lasts(words, cells, exercises):
+        tasks = "".join(f"\n{one + 1}. x" for one in range(exercises))
+        prose = "word " * (words - 1 - 2 * exercises) + f"\n\n## Exercises\n{tasks}"
+        sources = [("markdown", prose), *[("code", "x")] * cells]
+        found = [{"cell_type": kind, "source": [text]} for kind, text in sources]
+        file = tmp_path / f"{words}_{cells}_{exercises}.ipynb"
+        file.write_text(json.dumps({"cells": found}), encoding="utf-8")
+        return course.hours(file)
+
+    assert lasts(1200, 0, 0) == pytest.approx(1 / 6)
+    assert lasts(1200, 30, 0) == pytest.approx(1 / 6 + 1 / 2)
+    assert lasts(1200, 30, 3) == pytest.approx(1 / 6 + 1 / 2 + 3 / 2)
+
+
+def plans():
+    """Plans by weeks, by their titles."""
+    parts = re.split(r"^## (.+)$", course.COURSE.read_text(encoding="utf-8"), flags=re.M)
+    titles = zip(parts[1::2], parts[2::2], strict=True)
+    return {title: plan for title, text in titles if (plan := list(course.weeks(text)))}
+
+
+@pytest.mark.parametrize("title", plans())
+def test_no_week_needs_a_lesson_or_a_set_that_comes_later(title):
+    direct, sets, done, open_sets = course.needs(), course.sets(), set(), set()
+    for row, read, chosen, given, due in plans()[title]:
+        for number in read:
+            assert direct[number] <= done, row
+            done.add(number)
+        assert all(direct[number] <= done for number in chosen), row
+        assert due <= open_sets, row
+        assert all(sets[one][0] <= done for one in given), row
+        open_sets = open_sets - due | given
+    assert not open_sets
+
+
+def test_there_are_plans_of_ten_and_of_four_weeks():
+    assert sorted(map(len, plans().values())) == [4, 10]
+    ten = next(plan for plan in plans().values() if len(plan) == 10)
+    assert set().union(*(due for *_, due in ten)) == set(course.sets())
+    assert {one for _, read, chosen, *_ in ten for one in read + chosen} == set(course.lessons())
+
+
+def commands():
+    """Of each file of data/ in the table of how to compute it again: its row's second column."""
+    text = (ROOT / "docs/compute_again.md").read_text(encoding="utf-8")
+    rows = [row.strip("|").split("|") for row in re.findall(r"^\| `.*\|$", text, re.M)]
+    return {file: row[1] for row in rows for file in re.findall(r"`(\S+)`", row[0])}
+
+
+def test_every_file_of_data_has_a_row_that_says_how_it_is_written():
+    kept = {
+        file.name for file in (ROOT / "data").iterdir() if file.suffix not in (".py", ".md", "")
+    }
+    assert commands().keys() - {"codecheck.yml", "ro-crate-metadata.json"} == kept
+
+
+@pytest.mark.parametrize(("file", "command"), commands().items())
+def test_the_command_that_writes_a_file_is_there_and_names_it(file, command):
+    if "by hand" in command or " -c " in command:
+        return
+    name, *told = re.search(r"`python (\S+)(.*?)`", command).groups()
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for option in re.findall(r"--\w+", " ".join(told)):
+        assert f'"{option}"' in text, option
+    assert file in text or f"data/{file}" in command
+    sources = (ROOT / "data/README.md").read_text(encoding="utf-8")
+    assert Path(name).name in sources or file.endswith((".yml", ".json"))
+
+
+def test_the_map_s_command_writes_the_map(tmp_path):
+    code = re.search(r"-c '(.+?)'", commands()["floor_plan.pgm"])[1]
+    exec(code.replace("data/floor_plan.yaml", str(tmp_path / "floor_plan.yaml")), {})
+    for file in ("floor_plan.yaml", "floor_plan.pgm"):
+        assert (tmp_path / file).read_bytes() == (ROOT / "data" / file).read_bytes()
+
+
+def test_the_readme_s_example_of_a_finding_is_one():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    version, claim, number, file = re.search(
+        r"> freeseg (\S+), claim (C\d+) \(notebook (\w\d)\), (data/\S+)\.$", text, re.M
+    ).groups()
+    assert version == fs.__version__
+    crate = json.loads((ROOT / "ro-crate-metadata.json").read_text(encoding="utf-8"))["@graph"]
+    (review,) = (one for one in crate if one["@id"] == f"#{claim}-verdict")
+    notebook, *files = (one["@id"] for one in review["isBasedOn"])
+    assert notebook.startswith(f"notebooks/{number}_")
+    assert file in files
+
+
+def terms():
+    """Rows of the book's terms, each with the section that teaches it."""
+    with (ROOT / "docs/terms.csv").open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.mark.parametrize("row", terms(), ids=lambda row: row["term"])
+def test_a_term_of_the_book_has_a_section_that_names_it(row):
+    file = ROOT / row["page"]
+    text = text_of(file.with_suffix(".ipynb" if file.parent.name == "notebooks" else ".md"))
+    if row["page"] == "docs/index":
+        text += text_of(ROOT / "README.md")
+    # Without code in headings, as `text_of` is.
+    heads = [" ".join(title.split()) for title in re.findall(r"^#+ (.+)$", text, re.M)]
+    assert any(" ".join(row["heading"].replace("sat ", "").split()) == one for one in heads)
+    assert all(word[:5].lower() in text.lower() for word in row["term"].split())
+
+
+def test_no_term_of_the_book_stands_twice():
+    names = [row["term"] for row in terms()]
+    assert len(names) == len(set(names)) > 50

@@ -47,6 +47,42 @@ def test_invalid_parameter(name, value):
         fs.KheperaIV(**{name: value})
 
 
+@pytest.mark.parametrize(
+    ("wheel_base", "diameter"), [(0.34, 0.3), (24, 0.3), (0.3001, 0.3), (np.float64(2), 1)]
+)
+def test_wheels_outside_the_disc_are_refused(wheel_base, diameter):
+    named = (
+        rf"robot\.wheel_base is {wheel_base:g} m, .*{diameter:g} m.*covers the wheels.*from_foot"
+    )
+    for make in (fs.Robot, fs.KheperaIV):
+        with pytest.raises(fs.InvalidParameter, match=named):
+            make(wheel_base, diameter, 0.07, 10, 20)
+    square = diameter / np.sqrt(8) * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
+    with pytest.raises(fs.InvalidParameter, match=named):
+        fs.Robot.from_footprint(
+            square,
+            wheel_base=wheel_base,
+            wheel_radius=0.07,
+            max_wheel_rate=10,
+            max_wheel_rate_change=20,
+        )
+
+
+def test_wheels_may_stand_on_the_rim():
+    # But for round-off: 0.1 + 0.2 is a little more than 0.3.
+    for wheel_base in (0.3, 0.1 + 0.2):
+        assert fs.Robot(wheel_base, 0.3, 0.07, 10, 20).wheel_base == wheel_base
+
+
+def test_a_robot_that_turns_as_if_its_wheels_stood_outside_may_drive(robot):
+    # The error stands for all that makes it turn more slowly; its body stays as it is.
+    error = 2 * robot.diameter / robot.wheel_base - 1
+    plant = fs.Disturbance(wheel_base_error=error).plant(robot)
+    assert plant.wheel_base == pytest.approx(2 * robot.diameter)
+    assert plant.diameter == robot.diameter
+    assert_allclose(plant.to_body((0.1, 0))[1], 0.1 / (2 * robot.diameter))
+
+
 def test_a_number_as_text_is_refused_or_understood():
     # Accepted as it stands, it would only fail later, in the first calculation.
     try:
@@ -217,9 +253,9 @@ def test_a_number_in_place_of_a_robot_is_told_what_it_may_be():
 def test_two_robots_are_told_apart_by_what_differs(robot):
     plan = fs.plan(fs.load_table(1), (0, 0), (0.75, 0.75))
     with pytest.raises(fs.InvalidParameter) as caught:
-        fs.make_reference(plan, fs.KheperaIV(diameter=0.1))
+        fs.make_reference(plan, fs.KheperaIV(diameter=0.12))
     assert str(caught.value) == (
-        "robot is KheperaIV(diameter=0.1), but the plan is for KheperaIV(diameter=0.1408); "
+        "robot is KheperaIV(diameter=0.12), but the plan is for KheperaIV(diameter=0.1408); "
         "give the same one"
     )
     # Anywhere else, a robot is shown in short.

@@ -118,7 +118,7 @@ def test_a_second_question_of_a_world_is_answered_like_the_first_of_a_new_one():
     for _ in range(2):
         plans.append(rooms_first(world, start, goal, margin=margin))
         # Other worlds, and other robots and places in this one, come in between.
-        rooms_first(world, goal, start, fs.KheperaIV(diameter=0.05), 0.01)
+        rooms_first(world, goal, start, fs.KheperaIV(0.04, diameter=0.05), 0.01)
         for other in others:
             try:
                 rooms_first(*other[:3], margin=other[3])

@@ -1,3 +1,6 @@
+import json
+import re
+
 import numpy as np
 import oracle
 import pytest
@@ -7,6 +10,8 @@ from hypothesis import strategies as st
 from worlds import crowded_question, rooms_first, transformed
 
 import freeseg as fs
+from freeseg.planners import tangent_search
+from freeseg.planners.compilation import compiled
 from freeseg.planners.query import ask
 from freeseg.planners.route import shortest_route
 from freeseg.segments import MARGIN
@@ -193,7 +198,7 @@ MOTIONS = {
 def test_optimum_does_not_depend_on_the_frame_nor_on_the_scale(robot, motion):
     matrix, shift = MOTIONS[motion]
     scale = np.sqrt(abs(np.linalg.det(matrix)))
-    scaled = fs.KheperaIV(diameter=scale * robot.diameter)
+    scaled = fs.KheperaIV(scale * robot.wheel_base, scale * robot.diameter)
     lengths = []
     for seed in range(40):
         world, start, goal, margin = crowded_question(seed, most=30)
@@ -403,13 +408,37 @@ def test_a_large_disc_by_hand(robot, radius):
     assert plan.path.length == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("size", [1e-4, 1, 1e4])
+@pytest.mark.parametrize("margin", [0, 0.05])
+def test_the_free_position_in_a_message_is_short_and_free(size, margin):
+    robot = fs.KheperaIV(0.2 * size, 0.3 * size)
+    disc = fs.World([fs.Disc((0.1 * size, 0), size)])
+    square = fs.World([fs.Polygon(size * SQUARE)])
+    for world, start in (
+        (disc, (0.9, 0)),
+        (disc, (0.5, 0.7)),
+        (square, (1.05, 0)),
+        (square, (0, 1.1)),
+    ):
+        with pytest.raises(fs.InvalidQuery, match="nearest_free gives") as caught:
+            fs.shortest_path(world, size * np.array(start), (9 * size, 0), robot, margin * size)
+        named = json.loads(str(caught.value).split("nearest_free gives ")[1])
+        digits = 3 if size >= 1 else 7
+        assert [round(part, digits + 6) for part in named] == named
+        if margin:
+            assert [round(part, digits) for part in named] == named
+            assert "e-" not in str(named) or size < 1
+        assert "-0.0" not in re.findall(r"[^\[\], ]+", str(named))
+        fs.shortest_path(world, named, (9 * size, 0), robot, margin * size)
+
+
 @pytest.mark.parametrize("size", [1e-3, 1e-6, 1e-7])
 @pytest.mark.parametrize("unit", [fs.Disc((0, 0), 1), fs.Polygon(SQUARE)], ids=["disc", "square"])
 def test_tiny_robots_in_tiny_worlds(size, unit):
     start, goal = np.array([(-3, 0.3), (3, 0)])
     optimum = check_optimum(fs.World([unit]), start, goal, fs.KheperaIV(diameter=1), 0.1)
     world, move = transformed(fs.World([unit]), size * np.eye(2))
-    ask = world, move(start), move(goal), fs.KheperaIV(diameter=size), 0.1 * size
+    ask = world, move(start), move(goal), fs.KheperaIV(0.8 * size, size), 0.1 * size
     assert fs.shortest_path(*ask).path.length == pytest.approx(size * optimum, rel=1e-6)
     for planner in (fs.plan, rooms_first):
         path = planner(*ask).path
@@ -474,9 +503,24 @@ def test_obstacles_that_meet_are_gone_round_together(robot, second):
 def test_no_robot_is_so_small_that_it_drives_through_a_wall(planner, size):
     # Below 2 nm, what round-off may take from a clearance is all of it.
     world = fs.World([fs.Polygon(size * SQUARE)])
-    robot = fs.KheperaIV(diameter=size)
+    robot = fs.KheperaIV(0.8 * size, size)
     try:
         path = planner(world, (-3 * size, 0), (3 * size, 0), robot, 0.1 * size).path
     except (fs.InvalidParameter, fs.InvalidQuery, fs.Trapped):
         return
     assert not shapely.LineString(path.sample(size / 50)).intersects(world.cores[0])
+
+
+def test_a_listener_is_told_once_why_the_first_plan_takes_longer(caplog, capsys):
+    pytest.importorskip("numba")
+    compiled.__wrapped__(tangent_search)
+    assert not caplog.records
+    with caplog.at_level("INFO", "freeseg"):
+        compiled.__wrapped__(tangent_search)
+        compiled(tangent_search)
+        compiled(tangent_search)
+    told = [record.getMessage() for record in caplog.records]
+    # The second loading is of this process, where it did not plan before.
+    assert 1 <= len(told) <= 2
+    assert "compiled, which may take a minute" in told[0]
+    assert capsys.readouterr() == ("", "")

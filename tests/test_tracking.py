@@ -670,7 +670,7 @@ def test_a_reference_of_a_plan_drives_its_robot_in_its_world(tables):
 
 
 def test_two_robots_are_refused(tables):
-    small = fs.KheperaIV(diameter=0.1)
+    small = fs.KheperaIV(diameter=0.1, wheel_base=0.08)
     plan = fs.plan(tables[1], (0, 0), (0.75, 0.75), small)
     with pytest.raises(fs.InvalidParameter, match="but the plan is for"):
         fs.make_reference(plan, fs.KheperaIV())

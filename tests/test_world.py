@@ -195,6 +195,11 @@ def test_a_world_is_a_sequence_of_its_obstacles():
     assert world[-1] is obstacles[2]
     assert world[:2] == tuple(obstacles[:2])
     assert repr(world) == "World of 3 obstacles"
+    assert repr(fs.World(obstacles[:1])) == "World of 1 obstacle"
+    bounded = fs.World(obstacles[:1], [(-20, -20), (20, -20), (0, 40)])
+    assert repr(bounded) == "World of 2 obstacles, the last of them what is outside the boundary"
+    alone = fs.World([], bounded.boundary)
+    assert repr(alone) == "World of 1 obstacle, which is what is outside the boundary"
 
 
 def test_corners_are_centres_of_discs_and_convex_corners_of_polygons():

@@ -1,9 +1,13 @@
 """Modules of plain loops, compiled by numba where that is installed."""
 
+import logging
 import sys
 from functools import cache
 from importlib.util import find_spec, module_from_spec
 from types import FunctionType, ModuleType
+
+#: Says, to those who listen, why the first plan takes longer.
+LOGGER = logging.getLogger("freeseg")
 
 
 @cache
@@ -18,6 +22,10 @@ def compiled(module: ModuleType) -> ModuleType:
         from numba import njit
     except ImportError:
         return module
+    LOGGER.info(
+        "loading %s for numba; the first time, it is compiled, which may take a minute",
+        module.__name__,
+    )
     assert spec is not None, "it is imported above"
     assert spec.loader is not None, "it is a file"
     copy = module_from_spec(spec)

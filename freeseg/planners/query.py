@@ -1,5 +1,6 @@
 """What a planner is asked: a checked query, which checks paths in turn."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -243,11 +244,7 @@ def ask(
 
 def check_free(what: str, position: np.ndarray, world: World, robot: Robot, margin: float) -> None:
     """`InvalidQuery` for a position (m) where the robot's disc does not fit."""
-    distances = world.distances(shapely.Point(position))
-    # Beyond the frame, which is only as wide as must be, nothing is free either.
-    beyond = world.boundary is not None and not shapely.covers(
-        shapely.Polygon(world.boundary), shapely.Point(position)
-    )
+    distances, beyond = _surroundings(position, world)
     if not beyond and (distances >= robot.radius).all():
         return
     remedy = "move it away: ask fs.nearest_free"
@@ -255,7 +252,8 @@ def check_free(what: str, position: np.ndarray, world: World, robot: Robot, marg
         free = find_nearest_free(world, position, turning_radius(robot, margin))
         remedy = "move it away, or plan for a smaller robot or margin"
         if free is not None:
-            remedy = f"move it away: fs.nearest_free gives {free.tolist()}"
+            named = _rounded_free(free, world, robot.radius)
+            remedy = f"move it away: fs.nearest_free gives {named}"
     if beyond:
         raise InvalidQuery(f"{what} {position.tolist()} is outside the boundary; {remedy}")
     nearest = int(np.argmin(distances))
@@ -264,6 +262,30 @@ def check_free(what: str, position: np.ndarray, world: World, robot: Robot, marg
         f"{what} {position.tolist()} is {where} {world.name_of(nearest)}, and the robot's radius "
         f"is {_metres(robot.radius)} m; {remedy}"
     )
+
+
+def _surroundings(position: np.ndarray, world: World) -> tuple[np.ndarray, bool]:
+    """Distances of a position from all obstacles (m), and whether it is beyond the boundary.
+
+    Beyond the frame, which is only as wide as must be, nothing is free either.
+    """
+    point = shapely.Point(position)
+    beyond = world.boundary is not None and not shapely.covers(
+        shapely.Polygon(world.boundary), point
+    )
+    return world.distances(point), beyond
+
+
+def _rounded_free(free: np.ndarray, world: World, radius: float) -> list[float]:
+    """A free position (m) with the fewest digits with which the robot still fits there."""
+    least = max(3, 2 - math.floor(math.log10(radius)))
+    for digits in range(least, least + 7):
+        # Zero is without a sign.
+        named = free.round(digits) + 0.0
+        distances, beyond = _surroundings(named, world)
+        if not beyond and (distances >= radius).all():
+            return named.tolist()
+    return free.tolist()
 
 
 def _whereabouts(

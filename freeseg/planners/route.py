@@ -15,6 +15,7 @@ from freeseg.path import Arc, Path
 from freeseg.plan import TurningPoint, turning_radius
 from freeseg.planners import tangent_search
 from freeseg.planners.compilation import compiled
+from freeseg.planners.passage import remedy
 from freeseg.planners.query import Query
 from freeseg.planners.tangent_search import Scene
 from freeseg.world import World
@@ -22,6 +23,10 @@ from freeseg.world import World
 #: Compilation takes longer than so many searches among so few circles.
 OFTEN, FEW = 300, 32
 _SMALL_SEARCHES = itertools.count()
+
+#: In worlds of more edges, compiled or not, the searches for what would pass take longer than the
+#: answer is worth.
+SEARCHED, PLAIN = 5000, 300
 
 #: In so many parts of a turn headings are told apart: many cost little where it is compiled.
 FINE, COARSE = 512, 64
@@ -72,23 +77,44 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
     NoPath
         Where these obstacles leave none.
     """
-    world, layout = query.world, _lay_out(query.world, turning_radius(query.robot, query.margin))
+    world = query.world
     counts = np.ones(len(world), bool)
     if obstacles is not None:
         counts[:] = False
         counts[list(obstacles)] = True
+    turns, length, met = _search(query, counts)
+    if math.isinf(length):
+        raise NoPath(
+            f"{_in_words(world, np.flatnonzero(counts))} leave no way "
+            f"from {query.start.tolist()} to {query.goal.tolist()} for a robot of "
+            f"{query.robot.diameter:g} m with a margin of {query.margin:g} m",
+            lambda: _remedy(query),
+        )
+    return Route(*_drop_grazed(query, turns), met, length)
+
+
+def _remedy(query: Query) -> str:
+    """What helps where there is no path, in words: how large a robot would pass, if soon found."""
+    edges = len(query.world.edges)
+    if edges > (PLAIN if _kernels(edges) is tangent_search else SEARCHED):
+        return "move the start or the goal, or plan for a smaller robot or margin"
+    return remedy(query, _way)
+
+
+def _way(query: Query) -> Path | None:
+    """The shortest path round all obstacles, or None where there is none."""
+    turns, length, _ = _search(query, np.ones(len(query.world), bool))
+    return None if math.isinf(length) else query.connect(turns)[0]
+
+
+def _search(query: Query, counts: np.ndarray) -> tuple[list[TurningPoint], float, tuple[int, ...]]:
+    """Turns, length (m; infinite for no route) and `met` among the obstacles that count (n,)."""
+    layout = _lay_out(query.world, turning_radius(query.robot, query.margin))
     scene, kernels = _set(query, layout, counts)
     found, length, reached = kernels.search(scene)
     of_circle = layout.of_circle
     reached = reached.reshape(-1, 2).any(1)[2:]
     met = np.unique(np.concatenate([of_circle[reached], layout.of_edge[scene.met]]))
-    if math.isinf(length):
-        raise NoPath(
-            f"{_in_words(world, np.flatnonzero(counts))} leave no way "
-            f"from {query.start.tolist()} to {query.goal.tolist()} for a robot of "
-            f"{query.robot.diameter:g} m with a margin of {query.margin:g} m; move the start or "
-            "the goal, or plan for a smaller robot or margin"
-        )
     turns = []
     for oriented in found.tolist():
         corner, sense = oriented // 2 - 2, 1 - 2 * (oriented % 2)
@@ -96,7 +122,7 @@ def shortest_route(query: Query, obstacles: Iterable[int] | None = None) -> Rout
         turns.append(
             TurningPoint(None, obstacle, center, float(query.turning_radii[obstacle]), sense)
         )
-    return Route(*_drop_grazed(query, turns), tuple(met.tolist()), float(length))
+    return turns, float(length), tuple(met.tolist())
 
 
 def _drop_grazed(

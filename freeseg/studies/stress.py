@@ -6,7 +6,7 @@ differs from run to run.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import product
 from os import PathLike
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from freeseg.disturbance import CHANNELS, Disturbance, shaken
 from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.geometry import read_only
 from freeseg.react import ARRIVED
-from freeseg.robot import Robot
+from freeseg.robot import Robot, with_wheel_base
 from freeseg.simulate import Run, simulate
 from freeseg.studies.courses import (
     DT,
@@ -164,11 +164,9 @@ class Drawn(Disturbance):
 
     def plant(self, robot: Robot) -> Robot:
         """The robot as it is, with a wheel base for each of a batch."""
-        true = replace(robot)
         # A robot's sizes are numbers; the arithmetic of the loop takes arrays.
-        base = robot.wheel_base * (1 + (self.bases if len(self.bases) > 1 else self.bases[0]))
-        object.__setattr__(true, "wheel_base", base)
-        return true
+        errors = self.bases if len(self.bases) > 1 else self.bases[0]
+        return with_wheel_base(robot, robot.wheel_base * (1 + errors))
 
 
 def draw(
