@@ -51,7 +51,7 @@ HARSH = comparing.Cell("observed", "disturbed", told=3.0)
 LATEST = 8.0
 
 #: Starts beside the reference, ahead and to the left (m), from which a robot is to come back.
-NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 13
+NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 41
 
 #: How often contact is accepted: in one of so many runs.
 ONE_IN = 1000

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from freeseg import __version__, checks
+from freeseg import checks
 from freeseg.studies.ledger import Judged
 from freeseg.studies.ledger_evidence import SOURCES
 from freeseg.studies.ledger_rules import Outcome
@@ -25,8 +25,8 @@ JUDGES = tuple(
 )
 PAGE, CLAIMS = "notebooks/17_judge_the_claims.ipynb", "data/claims.csv"
 
-#: Year of this collection.
-PUBLISHED = "2026"
+#: Version and year of this collection.
+VERSION, PUBLISHED = "1.0.0", "2026"
 
 #: Versions of the specifications that are followed.
 CODECHECK = "https://codecheck.org.uk/spec/config/2.0/"
@@ -51,7 +51,7 @@ def _summary(judged: list[Judged]) -> str:
     counts = Counter(one.verdict.outcome for one in judged)
     said = "; ".join(f"{outcome}: {counts[outcome]}" for outcome in Outcome)
     return (
-        f"{len(judged)} claims of the paper, judged by computation with freeseg {__version__}. "
+        f"{len(judged)} claims of the paper, judged by computation with freeseg {VERSION}. "
         f"{said}. This is a check by those who wrote the code, not by an independent codechecker; "
         "no certificate was registered, so that there is no identifier and no report of one."
     )
@@ -144,7 +144,7 @@ def _collection_and_paper(judged: list[Judged], files: list[str]) -> list[dict[s
             "@id": "./",
             "@type": "Dataset",
             "name": "freeseg",
-            "version": __version__,
+            "version": VERSION,
             "description": _summary(judged),
             "datePublished": PUBLISHED,
             "license": {"@id": MIT},

@@ -51,7 +51,7 @@ FOLLOWS_MM = 100 * KheperaIV().diameter
 TOO_MANY = 0.05
 
 #: An error that grows by so much more than the noise grows faster than it.
-FASTER = 1.5
+BEYOND_NOISE = 1.5
 
 #: By how much of its time the exact planner may be flattered, as notebook 13 says.
 FLATTERED = 0.25
@@ -813,7 +813,7 @@ def pid_unstable(sensors: dict[str, Any], stress: dict[str, Any]) -> Verdict:
         f"{careless:.1f} times; on courses with {stress['noise_times']:g} times the noise "
         f"{_percent(pid)} of a tuned PID's runs fail, {_percent(sliding)} of the sliding mode's"
     )
-    faster = FASTER * NOISE_TIMES
+    faster = BEYOND_NOISE * NOISE_TIMES
     if careful > faster or pid.low > sliding.high:
         return Verdict(Outcome.HOLDS, effect, "a careful PID, too, suffers from noise")
     if careless > faster or np.isfinite(from_times["PID"]):
