@@ -195,7 +195,10 @@ CALLS = {
             "margin": 0.005,
         },
     ),
-    "literal_plan": (partial(fs.literal_plan, concentric=True, outer_endpoints=True), QUERY),
+    "literal_plan": (
+        partial(fs.literal_plan, concentric=True, outer_endpoints=True),
+        QUERY | {"turning_radius": 0.08},
+    ),
     "with_fallback": (fs.with_fallback(fs.plan_rooms, fs.shortest_path), QUERY),
     "free_segments": (
         fs.free_segments,

@@ -1,5 +1,7 @@
 """What the page of verdicts says is what the verdicts are, and its picture counts them."""
 
+import re
+
 import matplotlib.pyplot as plt
 import nbformat
 import pytest
@@ -50,15 +52,24 @@ def test_what_the_prose_says_of_the_counts(defined):
 def test_the_three_findings(defined):
     outcome = {one: judged.verdict.outcome for one, judged in defined["by_id"].items()}
     assert outcome["C58"] is outcome["C60"] is Outcome.ASSUMED
-    assert outcome["C24"] is outcome["C59"] is outcome["C15"] is Outcome.FAILS
+    assert outcome["C59"] is Outcome.FAILS
+    assert outcome["C24"] is outcome["C09"] is Outcome.PART
+    assert outcome["C15"] is outcome["C10"] is Outcome.OPEN
     assert outcome["C65"] is Outcome.HOLDS
     assert outcome["C63"] is outcome["C19"] is outcome["C64"] is Outcome.ASSUMED
     assert outcome["C06"] is outcome["C14"] is outcome["C05"] is Outcome.PART
 
 
-def test_the_flip_is_of_the_words_alone(defined):
-    assert [row[0] for row in defined["flipped"]] == ["C24", "C58"]
+def test_the_flip_is_of_the_shortest_path(defined):
+    assert [row[0] for row in defined["flipped"]] == ["C04", "C18", "C59"]
     assert {row[3] for row in defined["flipped"]} == {Outcome.HOLDS}
+
+
+def test_what_the_prose_says_of_the_literal_reading(defined):
+    effect = defined["by_id"]["C24"].verdict.effect
+    with_radii, with_sizes = re.findall(r"(\d+) to (\d+)", effect.replace("(median 0) ", ""))[::2]
+    assert with_radii[0] == with_sizes[0] == "0"
+    assert 0 < int(with_sizes[1]) < 16 > int(with_radii[1]) > 0
 
 
 def test_bars_are_as_long_as_the_counts(defined):

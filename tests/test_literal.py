@@ -1,3 +1,5 @@
+import contextlib
+
 import pytest
 import shapely
 
@@ -44,6 +46,28 @@ def test_what_the_words_alone_solve(cases, tables, robot, name, concentric, oute
 
 def test_concentric_circles_alone_solve_13_of_the_16_cases():
     assert len(SOLVED[True, False]) == 13
+
+
+def test_a_larger_circle_round_the_endpoint_solves_more(cases, tables, robot):
+    solved = []
+    for radius in (None, turning_radius(robot, MARGIN), 0.095, 0.145):
+        found = 0
+        for case in cases.values():
+            query = tables[case.table], case.start, case.goal
+            with contextlib.suppress(fs.Trapped):
+                plan = fs.literal_plan(*query, turning_radius=radius)
+                assert {turn.radius for turn in plan.turning_points} <= {radius}
+                assert plan.path.clearance(plan.world) >= robot.radius - 1e-9
+                found += 1
+        solved.append(found)
+    assert solved == [0, 0, 10, 2]
+
+
+def test_a_circle_smaller_than_the_robot_is_refused(tables):
+    with pytest.raises(
+        fs.InvalidParameter, match=r"turning_radius is 0\.05; give at least the robot"
+    ):
+        fs.literal_plan(tables[1], (0, 0), (0.9, 0.8), turning_radius=0.05)
 
 
 def test_circles_are_where_the_words_or_the_option_put_them(tables, robot):

@@ -1,12 +1,14 @@
 """The paper's planner word by word (section 3), to see what its words leave open."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freeseg import checks
 from freeseg.errors import Trapped
-from freeseg.geometry import cross
+from freeseg.geometry import cross, read_only
 from freeseg.plan import Plan, Step, StepKind, TurningPoint
 from freeseg.planners.query import Query, ask, detour_lengths
 from freeseg.robot import Robot
@@ -22,6 +24,7 @@ def literal_plan(
     margin: float = MARGIN,
     concentric: bool = False,
     outer_endpoints: bool = False,
+    turning_radius: float | None = None,
 ) -> Plan:
     """Plan by the paper's words, with only what it takes to run them.
 
@@ -35,6 +38,8 @@ def literal_plan(
     outer_endpoints : bool, optional
         Whether endpoints that face no neighbour count, see `find_endpoints`;
         by default only the ends of safe segments do.
+    turning_radius : float, optional
+        R_D (m), at least R_r; by default R_r + delta / 2, for the paper gives none.
 
     Returns
     -------
@@ -44,7 +49,7 @@ def literal_plan(
     Raises
     ------
     InvalidQuery, InvalidParameter
-        As for `plan`.
+        As for `plan`, and for a turning radius below R_r.
     Trapped
         Where these rules find no path, with their trace.
 
@@ -52,7 +57,7 @@ def literal_plan(
     -----
     What the words leave open, and what stands here for it:
 
-    1. the radius of the dangerous circle: R_D = R_r + delta / 2;
+    1. the radius of the dangerous circle: R_D = R_r + delta / 2, or `turning_radius`;
     2. what an endpoint is: the point of an obstacle nearest to the neighbour;
        an endpoint serves once;
     3. which danger is solved: the first one on the way;
@@ -67,6 +72,11 @@ def literal_plan(
     side nor a distance and is left out.
     """
     query = ask(world, start, goal, robot, margin)
+    if turning_radius is not None:
+        least = query.robot.radius
+        remedy = f"at least the robot's radius, {least:g} m"
+        reach = checks.number("turning_radius", turning_radius, lambda one: one >= least, remedy)
+        query = replace(query, turning_radii=read_only(world.radii + reach))
     segments = free_segments(world, query.robot, query.margin)
     endpoints = [
         end for end in find_endpoints(world, segments) if outer_endpoints or end.segment is not None

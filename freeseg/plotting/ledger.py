@@ -1,4 +1,4 @@
-"""What came of judging the sentences of the paper."""
+"""What came of judging the claims of the paper."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ OUTCOME_COLORS = {
 
 
 def plot_outcomes(counts, ax=None):
-    """How often each verdict was given, a bar for each kind of sentence.
+    """How often each verdict was given, a bar for each kind of claim.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def plot_outcomes(counts, ax=None):
         ax.bar_label(bars, labels, label_type="center", color="white" if dark else "black")
         begun = {kind: begun[kind] + one[outcome] for kind, one in counts.items()}
     ax.invert_yaxis()
-    ax.set(xlabel="sentences")
+    ax.set(xlabel="claims")
     ax.xaxis.get_major_locator().set_params(integer=True)
     ax.legend(loc="upper center", bbox_to_anchor=(0.45, -0.25), ncols=3, frameon=False)
     return ax

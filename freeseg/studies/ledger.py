@@ -1,7 +1,8 @@
-"""The ledger: every checkable sentence of the paper, and what evidence says of it.
+"""The ledger: what the paper claims, and what evidence says of each claim.
 
-``data/claims.csv`` has the sentences; of each, which rule judges it by what evidence. A verdict is
-stored nowhere: `judge_claims` computes all of them from `load_evidence`.
+``data/claims.csv`` has the claims; of each, which rule judges it by what evidence. It has no
+verdict: `judge_claims` computes all of them from `load_evidence`, and `ledger_export` writes them
+for other programs.
 """
 
 from collections import Counter
@@ -15,7 +16,7 @@ from freeseg.errors import InvalidData, InvalidParameter
 from freeseg.studies.ledger_evidence import SOURCES
 from freeseg.studies.ledger_rules import CLAIM_RULES, Outcome, Verdict
 
-#: Kinds of sentences.
+#: Kinds of claims.
 CLAIM_KINDS = ("definition", "construction", "performance", "comparison", "generality")
 
 #: Parts of the paper, in its order.
@@ -23,7 +24,7 @@ PARTS = ("title", "abstract", "1", "2", "3", "4", "5", "6")
 
 
 class Claim(NamedTuple):
-    """A sentence of the paper that can be checked.
+    """A sentence of the paper, or a part of one, that can be checked.
 
     Attributes
     ----------
@@ -60,14 +61,14 @@ class Claim(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """A sentence with its verdict."""
+    """A claim with its verdict."""
 
     claim: Claim
     verdict: Verdict
 
 
 def load_claims(file: str | PathLike[str] = DATA / "claims.csv") -> list[Claim]:
-    """The sentences, in the paper's order.
+    """The claims, in the paper's order.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def load_claims(file: str | PathLike[str] = DATA / "claims.csv") -> list[Claim]:
     Raises
     ------
     InvalidData
-        For a file that cannot be read; for two sentences of one id; for a part, a
+        For a file that cannot be read; for two claims of one id; for a part, a
         kind, a rule or evidence that there is not.
     """
     path = checks.file("file", file)
@@ -141,7 +142,7 @@ def load_evidence(loaded: Mapping[str, Any] | None = None) -> dict[str, dict[str
 def judge_claims(
     claims: Iterable[Claim], evidence: Mapping[str, Mapping[str, Any]]
 ) -> list[Judged]:
-    """A verdict on each sentence.
+    """A verdict on each claim.
 
     Parameters
     ----------
@@ -174,7 +175,7 @@ def judge_claims(
 
 
 def count_outcomes(judged: Iterable[Judged]) -> dict[str, Counter[Outcome]]:
-    """How often each verdict was given, by kind of sentence.
+    """How often each verdict was given, by kind of claim.
 
     Parameters
     ----------
@@ -189,7 +190,7 @@ def count_outcomes(judged: Iterable[Judged]) -> dict[str, Counter[Outcome]]:
     Raises
     ------
     InvalidParameter
-        For what are no judged sentences.
+        For what are no judged claims.
     """
     judged = checks.instances("judged", judged, Judged, "what judge_claims returns")
     return {

@@ -6,33 +6,32 @@ verdicts change.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 
 from freeseg.data import DATA, read_csv
-from freeseg.disturbance import Disturbance
 from freeseg.errors import NoPath, Trapped
+from freeseg.geometry import wrap_angle
 from freeseg.paper import load_cases, load_table
-from freeseg.plan import StepKind
-from freeseg.planners import plan, shortest_path, widest_segment_plan
+from freeseg.plan import StepKind, turning_radius
+from freeseg.planners import literal_plan, plan, shortest_path, widest_segment_plan
 from freeseg.reference import make_reference
 from freeseg.robot import KheperaIV
 from freeseg.segments import MARGIN, free_segments
 from freeseg.simulate import simulate
 from freeseg.studies import (
     comparing,
-    courses,
     crossings,
+    ledger_drives,
     moving,
     orders,
     rivals,
     statistics,
     stress,
     tracking,
-    tuning,
 )
 from freeseg.studies.ledger_equations import check_equations
 from freeseg.studies.sizes import OPTIMAL, by_group
@@ -52,7 +51,7 @@ HARSH = comparing.Cell("observed", "disturbed", told=3.0)
 LATEST = 8.0
 
 #: Starts beside the reference, ahead and to the left (m), from which a robot is to come back.
-NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 13
+NEAR_START, FAR_REACH, FAR_STEPS = 0.01, 0.6, 41
 
 #: How often contact is accepted: in one of so many runs.
 ONE_IN = 1000
@@ -62,6 +61,12 @@ STRONGER = 4.0
 
 #: What plans among movers anew for every command, and what looks at none of them.
 ANEW, BLIND = "re-planning", "nothing"
+
+#: Radii R_D (m) that the literal reading is tried with, besides R_r + delta / 2, as in notebook 07.
+LITERAL_RADII = np.arange(75, 146, 10) / 1000
+
+#: From then on (s), a robot that began nearby is to follow closely.
+SETTLED_S = 5.0
 
 #: A robot is back where its error is below this in the end (m).
 BACK = 0.01
@@ -88,11 +93,26 @@ class Source(NamedTuple):
         ``digest(loaded)`` is the dict of numbers that rules are given.
     where : str
         File of ``data/``, or what is computed.
+    files : tuple of str
+        Of ``data/``, all that it is read or computed from.
     """
 
     load: Callable[[], Any]
     digest: Callable[[Any], dict[str, Any]]
     where: str
+    files: tuple[str, ...] = ()
+
+
+#: What plans of the paper's cases are made from; and drives with tuned gains, on random courses.
+PAPER_FILES = ("cases.csv", "khepera4.csv", "obstacles.csv", "tables.csv")
+TUNED_FILES = ("gains.csv", "khepera4.csv")
+
+
+def _stored(
+    name: str, load: Callable[[], Any], digest: Callable[[Any], dict[str, Any]], *more: str
+) -> Source:
+    """A source that is a file of ``data/``, and what else is read for it."""
+    return Source(load, digest, name, (name, *more))
 
 
 def _csv(name: str, **columns: type) -> Callable[[], list[dict[str, Any]]]:
@@ -163,6 +183,12 @@ def _plan_cases() -> list[dict[str, Any]]:
     for name, case in load_cases().items():
         query = load_table(case.table), case.start, case.goal
         ours, best = plan(*query), shortest_path(*query)
+        pieces = ours.path.pieces
+        bends = [piece.curvature for piece in pieces]
+        corners = [
+            wrap_angle(after.at(0.0)[2] - before.at(before.length)[2])
+            for before, after in pairwise(pieces)
+        ]
         try:
             widest = widest_segment_plan(*query).path.length
         except (NoPath, Trapped):
@@ -178,6 +204,8 @@ def _plan_cases() -> list[dict[str, Any]]:
                 "kinds": [str(step.kind) for step in ours.steps],
                 "group": by_group(ours),
                 "kept": ours.turning_radius,
+                "corner": float(np.abs(corners).max(initial=0)),
+                "jump": float(np.abs(np.diff(bends)).max(initial=0)),
             }
         )
     return rows
@@ -210,8 +238,40 @@ def _planned(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "groups": sum(row["group"] for row in rows),
         "passes_mm": [1000 * row["clearance"] for row in far],
         "kept_mm": 1000 * max(row["kept"] for row in far),
+        "corner": max(row["corner"] for row in rows),
+        "jump_per_m": max(row["jump"] for row in rows),
         "longer": [row["length"] / row["straight"] - 1 for row in far],
         "reads_alike": sum(abs(row["widest"] / row["length"] - 1) < 1e-6 for row in rows),
+    }
+
+
+def _widen_circles() -> list[dict[str, Any]]:
+    """Each case by the literal reading, for R_r + delta / 2 and for larger R_D."""
+    rows = []
+    for radius in (turning_radius(KheperaIV(), MARGIN), *LITERAL_RADII):
+        for name, case in load_cases().items():
+            world = load_table(case.table)
+            safe = any(one.safe for one in free_segments(world))
+            try:
+                literal_plan(world, case.start, case.goal, turning_radius=radius)
+                solved = True
+            except Trapped:
+                solved = False
+            rows.append({"radius": float(radius), "name": name, "safe": safe, "solved": solved})
+    return rows
+
+
+def _radii(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    solved: dict[float, int] = {}
+    for row in rows:
+        solved[row["radius"]] = solved.get(row["radius"], 0) + row["solved"]
+    return {
+        "cases": len({row["name"] for row in rows}),
+        "with_gaps": len({row["name"] for row in rows if row["safe"]}),
+        "solved": (min(solved.values()), max(solved.values())),
+        "least_mm": 1000 * min(solved),
+        "most_mm": 1000 * max(solved),
+        "best_mm": 1000 * max(solved, key=lambda radius: solved[radius]),
     }
 
 
@@ -265,9 +325,10 @@ def _rivals(rows: list[dict[str, Any]]) -> dict[str, Any]:
     ours = [found[kind, "paper, completed"] for kind in sets]
     exact = [found[kind, "exact"] for kind in sets]
     safety, length = (
-        np.array([row["ms"] for row in rows if (row["set"], row["rival"]) == ("paper", rival)])
+        np.array([row["ms"] for row in rows if row["rival"] == rival])
         for rival in ("paper, completed", "paper, length first")
     )
+    paper = np.array([row["set"] == "paper" for row in rows if row["rival"] == "paper, completed"])
     return {
         "questions": sum(row["questions"] for row in ours),
         "solved": sum(row["solved"] for row in ours),
@@ -277,7 +338,10 @@ def _rivals(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "slower": _ends(
             [a["median_ms"] / b["median_ms"] for a, b in zip(ours, exact, strict=True)]
         ),
-        "safety_first": _ends(safety / length),
+        "safety_first": _ends(safety[paper] / length[paper]),
+        "middle_half": tuple(np.quantile(safety[paper] / length[paper], (0.25, 0.75)).tolist()),
+        "everywhere": float(np.median(safety / length)),
+        "timed": int(paper.sum()),
     }
 
 
@@ -293,13 +357,11 @@ def _comparison(runs: Mapping[comparing.Cell, Mapping[str, Any]]) -> dict[str, A
     found: dict[str, Any] = {
         name: tuple(comparing.against(one, OUR_LAW).values()) for name, one in values.items()
     }
-    best = min(values["usual"].values(), key=np.mean)
     settled = settling[OUR_LAW] < LATEST
     found["rms_mm"] = {
         name: _mean(1000 * values[name][OUR_LAW]) for name in ("usual", "harsh", "far")
     }
     found["hits"] = statistics.share(int(ours.sum()), ours.size)
-    found["least_rms_mm"] = _mean(1000 * best)
     found["settled"] = statistics.share(int(settled.sum()), settled.size)
     found["settles_in_s"] = _mean(settling[OUR_LAW])
     return found
@@ -379,12 +441,15 @@ def _crossings(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _steps(rows: list[dict[str, Any]]) -> dict[str, Any]:
     times = {row["tracker"]: row["median_us"] for row in rows}
-    slow = {row["tracker"]: row["p99_us"] for row in rows}
+    # An optimisation in each step is no measure of what is heavy.
+    others = [name for name in times if name not in ("Fuzzy", *tracking.SINGLE)]
+    fast, slow = min(others, key=times.__getitem__), max(others, key=times.__getitem__)
     return {
-        "fuzzy": times["Fuzzy"] / times["SlidingMode"],
-        "fuzzy_slow": slow["Fuzzy"] / slow["SlidingMode"],
+        "fuzzy": (times["Fuzzy"] / times[slow], times["Fuzzy"] / times[fast]),
+        "beside": (comparing.LAWS[fast], comparing.LAWS[slow]),
+        "sliding": times["Fuzzy"] / times["SlidingMode"],
         "fuzzy_us": times["Fuzzy"],
-        "fuzzy_slow_us": slow["Fuzzy"],
+        "fuzzy_slow_us": next(row["p99_us"] for row in rows if row["tracker"] == "Fuzzy"),
     }
 
 
@@ -431,7 +496,7 @@ def _drive() -> dict[str, Any]:
         track = shapely.LineString(near.pose[:2].T)
         far: Any = simulate(SlidingMode(), reference, initial_offset=(ahead, left, 0 * ahead))
         found[name] = {
-            "near_end": float(np.hypot(*near.error[:2, -1])),
+            "near": np.stack([near.t, np.hypot(*near.error[:2])]),
             "gap": float(np.min(ours.world.distances(track)) - KheperaIV().radius),
             "far_ends": np.hypot(*far.error[:2, :, -1]),
         }
@@ -440,59 +505,51 @@ def _drive() -> dict[str, Any]:
 
 def _driven(runs: dict[str, Any]) -> dict[str, Any]:
     far = [run["far_ends"] for run in runs.values()]
+    near = [run["near"] for run in runs.values()]
     return {
-        "near_mm": 1000 * max(run["near_end"] for run in runs.values()),
+        "near_mm": 1000 * max(error[-1] for _, error in near),
+        "begun_mm": 1000 * max(error[0] for _, error in near),
+        "worst_mm": 1000 * max(error.max() for _, error in near),
+        "later_mm": 1000 * max(error[t >= SETTLED_S].max() for t, error in near),
         "gap_mm": 1000 * min(run["gap"] for run in runs.values()),
         "far": [float((ends < BACK).mean()) for ends in far],
         "starts": len(far[0]),
     }
 
 
-def _add_noise() -> dict[str, np.ndarray]:
-    """RMS errors (m) of two laws, at the usual noise of the pose and at eight times it."""
-    some = courses.random_courses(2, comparing.JUDGED["seed"])
-    few, usual = courses.spread_offsets(8, seed=1), tracking.DISTURBANCE
-    names = ("position_noise", "heading_noise")
-    noisier = replace(usual, **{one: 8 * getattr(usual, one) for one in names})
-    found = {}
-    for name in ("SlidingMode", "Pid"):
-        law = tuning.load_gains()[name][0].tracker
-        runs = [tracking.evaluate(law, some, few, 1, how) for how in (usual, noisier)]
-        found[name] = np.stack([one["position_rms_m"].ravel() for one in runs])
-    return found
+def _sensors(found: dict[str, dict[str, np.ndarray]]) -> dict[str, Any]:
+    def first(errors: np.ndarray) -> float:
+        """The factor from which an error of 1 mm does not fade; infinite where there is none."""
+        return float(min(ledger_drives.TOO_MUCH[errors > 1e-3], default=np.inf))
 
-
-def _noise(rms: dict[str, np.ndarray]) -> dict[str, Any]:
-    growth = {name: np.log(noisy / calm) for name, (calm, noisy) in rms.items()}
-    ends = {name: np.exp(np.quantile(one, (0.025, 0.5, 0.975))) for name, one in growth.items()}
     return {
-        "growth": {name: tuple(map(float, one)) for name, one in ends.items()},
-        "noisy_mm": {name: 1000 * float(one[1].mean()) for name, one in rms.items()},
+        "growth": {name: float(noisy / usual) for name, (usual, noisy) in found["noise"].items()},
+        "from": {name: first(errors) for name, errors in found["gain"].items()},
     }
 
 
-def _switch() -> dict[tuple[str, float], np.ndarray]:
-    """Roughness (m/s^2) of runs with each switching function, without a delay and with one."""
-    some, few = courses.random_courses(1, comparing.JUDGED["seed"]), courses.spread_offsets(4, 1)
-    law = tuning.load_gains()["SlidingMode"][0].tracker
-    # Rates near the best that notebook 08 finds for a law that switches.
-    laws = {"sat": law, "sign": replace(law, k1=0.01, k2=0.1, switching="sign")}
-    found = {}
-    for name, one in laws.items():
-        for delay in (0.0, tracking.DISTURBANCE.delay):
-            runs = tracking.evaluate(one, some, few, 1, Disturbance(delay=delay))
-            found[name, delay] = runs["roughness_m_s2"].ravel()
-    return found
-
-
-def _chatter(rough: dict[tuple[str, float], np.ndarray]) -> dict[str, Any]:
-    at_once, late = sorted({delay for _, delay in rough})
+def _chatter(found: dict[str, dict[Any, Any]]) -> dict[str, Any]:
+    rough, swings = found["rough"], {key: np.degrees(one) for key, one in found["swing"].items()}
+    (short, none), (_, delay), (long, _), _ = ledger_drives.LATENESS
     return {
-        "sat": _ends(rough["sat", at_once]),
-        "sign": _ends(rough["sign", at_once]),
-        "sign_late": _ends(rough["sign", late]),
-        "delay_ms": 1000 * late,
-        "runs": len(rough["sat", at_once]),
+        "sat": float(rough["sat", none].mean()),
+        "sign": float(rough["sign", none].mean()),
+        "runs": len(rough["sat", none]),
+        "hold_ms": (1000 * short, 1000 * long),
+        "delay_ms": 1000 * delay,
+        "sign_deg": (swings["sign", short, none], swings["sign", short, delay]),
+        "held_deg": swings["sign", long, none],
+        "sat_deg": max(one for (name, *_), one in swings.items() if name == "sat"),
+    }
+
+
+def _remains(found: dict[str, dict[str, np.ndarray]]) -> dict[str, Any]:
+    disturbed = 1000 * np.stack([one["disturbed"] for one in found.values()])
+    return {
+        "laws": len(found),
+        "runs": disturbed.size,
+        "disturbed_mm": (float(disturbed.min()), float(disturbed.max())),
+        "calm_mm": 1000 * min(float(one["calm"].mean()) for one in found.values()),
     }
 
 
@@ -503,10 +560,11 @@ def _axes(ends: dict[str, tuple[float, float]]) -> dict[str, Any]:
 
 #: All evidence, by the name that ``data/claims.csv`` gives it.
 SOURCES: dict[str, Source] = {
-    "tables": Source(
-        _csv("tables.csv", table=int, obstacle=int, x_mm=float, y_mm=float), _tables, "tables.csv"
+    "tables": _stored(
+        "tables.csv", _csv("tables.csv", table=int, obstacle=int, x_mm=float, y_mm=float), _tables
     ),
-    "cases": Source(
+    "cases": _stored(
+        "cases.csv",
         _csv(
             "cases.csv",
             figure=int,
@@ -516,10 +574,15 @@ SOURCES: dict[str, Source] = {
             goal_y_mm=float,
         ),
         _cases,
-        "cases.csv",
     ),
-    "segments": Source(_measure_segments, _segments, "free_segments, Tables 1 to 5"),
-    "sizes": Source(
+    "segments": Source(
+        _measure_segments,
+        _segments,
+        "free_segments, Tables 1 to 5",
+        ("khepera4.csv", "obstacles.csv", "tables.csv"),
+    ),
+    "sizes": _stored(
+        "sizes.csv",
         _csv(
             "sizes.csv",
             worst_ratio=float,
@@ -537,10 +600,11 @@ SOURCES: dict[str, Source] = {
             ),
         ),
         _sizes,
-        "sizes.csv",
     ),
-    "planned": Source(_plan_cases, _planned, "plan, 16 cases"),
-    "random_worlds": Source(
+    "radii": Source(_widen_circles, _radii, "literal_plan, several R_D", PAPER_FILES),
+    "planned": Source(_plan_cases, _planned, "plan, 16 cases", PAPER_FILES),
+    "random_worlds": _stored(
+        "random_worlds.csv",
         _csv(
             "random_worlds.csv",
             rule=str,
@@ -549,20 +613,20 @@ SOURCES: dict[str, Source] = {
             **dict.fromkeys(("worlds", "solvable", "straight", "solved"), int),
         ),
         _random_worlds,
-        "random_worlds.csv",
     ),
-    "orders": Source(_load_orders, _orders, "orders.csv"),
-    "rivals": Source(rivals.load_rivals, _rivals, "rivals.npz"),
-    "comparison": Source(comparing.load_comparison, _comparison, "comparison.npz"),
-    "stress": Source(stress.load_stress, _stress, "stress.npz"),
-    "movers": Source(moving.load_drives, _movers, "movers.npz"),
-    "crossings": Source(crossings.load_crossings, _crossings, "movers_optimal.csv"),
-    "tracker_steps": Source(
+    "orders": _stored("orders.csv", _load_orders, _orders),
+    "rivals": _stored("rivals.npz", rivals.load_rivals, _rivals),
+    "comparison": _stored("comparison.npz", comparing.load_comparison, _comparison),
+    "stress": _stored("stress.npz", stress.load_stress, _stress),
+    "movers": _stored("movers.npz", moving.load_drives, _movers),
+    "crossings": _stored("movers_optimal.csv", crossings.load_crossings, _crossings),
+    "tracker_steps": _stored(
+        "tracker_steps.csv",
         _csv("tracker_steps.csv", tracker=str, median_us=float, p99_us=float),
         _steps,
-        "tracker_steps.csv",
     ),
-    "figures": Source(
+    "figures": _stored(
+        "figures.csv",
         _csv(
             "figures.csv",
             setting=str,
@@ -584,12 +648,23 @@ SOURCES: dict[str, Source] = {
             ),
         ),
         _figures,
-        "figures.csv",
     ),
-    "equations": Source(check_equations, dict, "equations (1) to (13), in random states"),
-    "driven": Source(_drive, _driven, "simulate, 15(a) and 16(b)"),
-    "noise": Source(_add_noise, _noise, "tracking.evaluate, eight times the noise"),
-    "chatter": Source(_switch, _chatter, "tracking.evaluate, sat and sign"),
+    "equations": Source(
+        check_equations, dict, "equations (1) to (13), in random states", PAPER_FILES
+    ),
+    "driven": Source(_drive, _driven, "simulate, 15(a) and 16(b)", PAPER_FILES),
+    "sensors": Source(
+        ledger_drives.mislead, _sensors, "simulate, sensors that mislead", ("khepera4.csv",)
+    ),
+    "chatter": Source(
+        lambda: {"rough": ledger_drives.switch(), "swing": ledger_drives.swing()},
+        _chatter,
+        "tracking.evaluate and simulate, sat and sign",
+        TUNED_FILES,
+    ),
+    "remains": Source(
+        ledger_drives.leave_rest, _remains, "tracking.evaluate, begun without error", TUNED_FILES
+    ),
     "axes": Source(
         lambda: {"Fig. 18": FIG_18_ENDS, "Fig. 19": FIG_19_ENDS}, _axes, "printed on Figs 18, 19"
     ),

@@ -18,8 +18,15 @@ PAPER = {
 }
 CHECKERS = "The freeseg authors"
 
-#: Year of this collection.
-PUBLISHED = "2026"
+#: What judges, besides the evidence of each claim; and the page that shows all verdicts.
+JUDGES = tuple(
+    f"freeseg/studies/ledger{part}.py"
+    for part in ("", "_drives", "_equations", "_evidence", "_rules")
+)
+PAGE, CLAIMS = "notebooks/17_judge_the_claims.ipynb", "data/claims.csv"
+
+#: Version and year of this collection.
+VERSION, PUBLISHED = "1.0.0", "2026"
 
 #: Versions of the specifications that are followed.
 CODECHECK = "https://codecheck.org.uk/spec/config/2.0/"
@@ -35,18 +42,18 @@ def _checked(judged: Iterable[Judged]) -> list[Judged]:
 
 
 def _files(one: Judged) -> list[str]:
-    """The notebooks that show the evidence of a sentence, and the files that it is read from."""
-    stored = [SOURCES[name].where for name in one.claim.evidence]
-    data = [f"data/{where}" for where in stored if where.endswith((".csv", ".npz"))]
-    return [*(f"notebooks/{stem}.ipynb" for stem in one.claim.notebooks), *data]
+    """The notebooks that show the evidence of a claim, and the files that it is made from."""
+    data = {f"data/{file}" for name in one.claim.evidence for file in SOURCES[name].files}
+    return [*(f"notebooks/{stem}.ipynb" for stem in one.claim.notebooks), *sorted(data)]
 
 
 def _summary(judged: list[Judged]) -> str:
     counts = Counter(one.verdict.outcome for one in judged)
     said = "; ".join(f"{outcome}: {counts[outcome]}" for outcome in Outcome)
     return (
-        f"{len(judged)} sentences of the paper, judged by computation. {said}. No certificate was "
-        "registered, so that there is no identifier and no report of one."
+        f"{len(judged)} claims of the paper, judged by computation with freeseg {VERSION}. "
+        f"{said}. This is a check by those who wrote the code, not by an independent codechecker; "
+        "no certificate was registered, so that there is no identifier and no report of one."
     )
 
 
@@ -67,7 +74,7 @@ def as_codecheck(judged: Iterable[Judged]) -> dict[str, Any]:
     Raises
     ------
     InvalidParameter
-        For what are no judged sentences.
+        For what are no judged claims.
     """
     judged = _checked(judged)
     shown: dict[str, list[str]] = {}
@@ -83,7 +90,12 @@ def as_codecheck(judged: Iterable[Judged]) -> dict[str, Any]:
         },
         "codechecker": [{"name": CHECKERS}],
         "summary": _summary(judged),
-        "manifest": [{"file": file, "comment": "; ".join(shown[file])} for file in sorted(shown)],
+        "manifest": [
+            {"file": PAGE, "comment": "all verdicts"},
+            {"file": CLAIMS, "comment": "all claims, and what each is judged by"},
+            *({"file": file, "comment": "judges all claims"} for file in JUDGES),
+            *({"file": file, "comment": "; ".join(shown[file])} for file in sorted(shown)),
+        ],
     }
 
 
@@ -98,22 +110,21 @@ def as_ro_crate(judged: Iterable[Judged]) -> dict[str, Any]:
     Returns
     -------
     dict
-        Each sentence is a ``Claim`` of schema.org, each verdict a ``ClaimReview``.
+        Each claim is a ``Claim`` of schema.org, each verdict a ``ClaimReview``.
 
     Raises
     ------
     InvalidParameter
-        For what are no judged sentences.
+        For what are no judged claims.
     """
     judged = _checked(judged)
-    files = sorted({file for one in judged for file in _files(one)} | {"data/claims.csv"})
+    files = sorted({file for one in judged for file in _files(one)} | {PAGE, CLAIMS, *JUDGES})
     crate = _collection_and_paper(judged, files)
-    crate += [{"@id": file, "@type": "File", "name": file.rpartition("/")[2]} for file in files]
-    crate += [
-        {"@id": _rating(outcome)["@id"], "@type": "Rating", "name": str(outcome)}
-        | {"ratingValue": len(Outcome) - place, "bestRating": len(Outcome), "worstRating": 1}
-        for place, outcome in enumerate(Outcome)
-    ]
+    for file in files:
+        code = ["File", "SoftwareSourceCode"] if file.endswith(".py") else "File"
+        crate.append({"@id": file, "@type": code, "name": file.rpartition("/")[2]})
+    # A verdict has no number: "cannot be decided" is neither better nor worse than the others.
+    crate += [_rating(outcome) | {"@type": "Rating", "name": str(outcome)} for outcome in Outcome]
     for one in judged:
         crate += _claim_and_review(one)
     return {"@context": f"{RO_CRATE}/context", "@graph": crate}
@@ -133,6 +144,7 @@ def _collection_and_paper(judged: list[Judged], files: list[str]) -> list[dict[s
             "@id": "./",
             "@type": "Dataset",
             "name": "freeseg",
+            "version": VERSION,
             "description": _summary(judged),
             "datePublished": PUBLISHED,
             "license": {"@id": MIT},
@@ -182,6 +194,6 @@ def _claim_and_review(one: Judged) -> list[dict[str, Any]]:
             "reviewBody": f"{verdict.effect}. {verdict.reason}",
             "reviewRating": _rating(verdict.outcome),
             "author": {"@id": "#freeseg"},
-            "isBasedOn": [{"@id": file} for file in _files(one)],
+            "isBasedOn": [{"@id": file} for file in (*_files(one), *JUDGES)],
         },
     ]
