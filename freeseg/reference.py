@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
+from scipy.ndimage import uniform_filter1d
 
 from freeseg import checks
 from freeseg.errors import InvalidParameter
@@ -32,8 +33,9 @@ SPACING, LEAST_INTERVALS = 0.0005, 200
 #: Time between two points of a reference (s), and how many points a slow one has at most.
 GRID, MOST_POINTS = 0.001, 200_000
 
-#: Below this share of its speed, a reference along a timed path keeps its heading.
-STANDS = 1e-2
+#: Below this share of its speed, a reference along a timed path keeps its heading; where it turns
+#: at once, it does so over this many points of its grid.
+STANDS, TURNS_OVER = 1e-2, 11
 
 #: A longer run would not end, or not fit into memory.
 MOST_STEPS = 1e7
@@ -593,7 +595,8 @@ def timed_reference(plan: TimedPlan, acceleration: float = ACCELERATION) -> Refe
     v = np.hypot(x_dot, y_dot)
     moves = v > STANDS * plan.speed
     heading = np.unwrap(np.arctan2(y_dot[moves], x_dot[moves]))
-    heading = np.interp(t, t[moves], heading)
+    # Where it stops and comes back, it turns round in no time: over some points of the grid, then.
+    heading = uniform_filter1d(np.interp(t, t[moves], heading), TURNS_OVER, mode="nearest")
     omega = np.gradient(heading, t)
     return Reference(
         t,

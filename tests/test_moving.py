@@ -48,6 +48,30 @@ def test_a_scene_without_a_way_is_no_failure_of_a_method():
     assert moving.bound(task)["possible"] == "no"
 
 
+def test_the_score_of_a_search_is_the_arrival_over_the_bound_and_three_for_a_failure():
+    drives = moving.compare([1, 2, 3], {"law": Following()})
+    assert {row["outcome"] for row in drives if row["possible"] == "yes"} == {"arrived", "collided"}
+    scores = [
+        min(row["arrival_s"] / row["bound_s"], 3.0) if row["outcome"] == "arrived" else 3.0
+        for row in drives
+        if row["possible"] == "yes"
+    ]
+    assert moving.score_among_movers(Following(), [1, 2, 3]) == pytest.approx(np.mean(scores))
+    with pytest.raises(fs.InvalidParameter, match="numbers has no scene"):
+        moving.score_among_movers(Following(), [])
+
+
+def test_all_that_have_gains_drive_with_those_found_for_movers():
+    gains, made = moving.load_gains(), moving.methods()
+    assert gains.keys() == {*moving.MOVERS_RANGES, "ORCA"}
+    for name, ranges in moving.MOVERS_RANGES.items():
+        assert gains[name].keys() == ranges.keys()
+        assert all(low <= gains[name][gain] <= high for gain, (low, high) in ranges.items())
+        assert repr(made[name]) == repr(moving.with_gains(name, gains[name]))
+    with pytest.raises(fs.InvalidParameter, match="choose one of"):
+        moving.with_gains("ORCA", gains["ORCA"])
+
+
 def test_blind_drives_are_judged_by_the_true_scene():
     found = moving.compare([1, 3], {"nothing": Following()})
     assert [tuple(row) for row in found] == [tuple(moving.FORM)] * 2

@@ -13,10 +13,10 @@ from freeseg.planners.query import Query
 from freeseg.world import World
 
 #: So often the clearance is halved: what is left of it is less than a message shows.
-HALVINGS = 12
+CLEARANCE_HALVINGS = 12
 
 #: A way that is narrower than this share of what is asked for is none: obstacles touch.
-NARROWEST = 1e-4
+NO_WAY = 1e-4
 
 
 class Passage(NamedTuple):
@@ -52,11 +52,11 @@ def widest_passage(query: Query, way: Callable[[Query], Path | None]) -> Passage
     """
     keep = query.turning_radii - query.world.radii
     high = float(keep.max())
-    low = NARROWEST * high
+    low = NO_WAY * high
     path = way(_keeping(query, low))
     if path is None:
         return None
-    for _ in range(HALVINGS):
+    for _ in range(CLEARANCE_HALVINGS):
         middle = (low + high) / 2
         found = way(_keeping(query, middle))
         if found is None:
@@ -129,7 +129,7 @@ def remedy(query: Query, way: Callable[[Query], Path | None]) -> str:
     where = _where(query.world, found)
     width = 2 * found.clearance
     diameter = width - query.margin
-    if diameter > NARROWEST * query.robot.diameter:
+    if diameter > NO_WAY * query.robot.diameter:
         return (
             "move the start or the goal, or plan for a smaller robot or margin: a robot of at most "
             f"{rounded_down(diameter)} m with that margin would pass{where}"

@@ -233,11 +233,9 @@ def sketch_slide(ax=None):
     ax = sketch_axes(ax, (5.6, 4.2), (-1.5, 2.9), (-1.3, 2.2))
     _disc(ax, np.zeros(2))
     angle = math.radians(35)
-    normal, along = unit(angle), unit(angle - math.pi / 2)
-    place = normal
+    place, along = unit(angle), unit(angle - math.pi / 2)
     pace = _pace(along)
     ax.plot(*np.transpose([(0, 0), place]), **THIN)
-    arrow(ax, place, place + 0.7 * normal, "0.3")
     arrow(ax, place, place + DISC_SPEED, PALETTE["danger"])
     arrow(ax, place + DISC_SPEED, place + DISC_SPEED + pace * along, PALETTE["error"])
     arrow(ax, place, place + DISC_SPEED + pace * along, PALETTE["planned"])
@@ -246,7 +244,6 @@ def sketch_slide(ax=None):
     ax.add_patch(Arc((0, 0), 0.9, 0.9, theta1=0, theta2=35, color="0.3"))
     ax.plot([0, 0.8], [0, 0], **THIN)
     for text, spot, color in (
-        ("$n$", place + 0.8 * normal, "0.3"),
         ("$u$", place + DISC_SPEED / 2 - (0.14, 0), PALETTE["danger"]),
         ("$u$", DISC_SPEED / 2 - (0.14, 0), PALETTE["danger"]),
         ("$w\\,e$", place + DISC_SPEED + pace * along / 2 + (0.28, 0.1), PALETTE["error"]),
@@ -271,7 +268,7 @@ def sketch_leave(ax=None):
     matplotlib Axes
     """
     ax = sketch_axes(ax, (6.4, 3.9), (-1.5, 4.4), (-1.35, 2.1))
-    _disc(ax, np.zeros(2), "disc $i$")
+    _disc(ax, np.zeros(2), "disc $j$")
     goal = np.array([3.9, 0.15])
 
     def leaving(angle):

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from freeseg import checks
-from freeseg.data import DATA, read_rows, write_rows
+from freeseg import checks, reactive
+from freeseg.data import DATA, read_csv, read_rows, write_rows
 from freeseg.errors import InvalidParameter, InvalidQuery, NoPath, Trapped
 from freeseg.following import Following
 from freeseg.geometry import unit
@@ -27,7 +27,7 @@ from freeseg.reference import SPEED
 from freeseg.replanning import SIGHT_NOISE, Replanning, observe
 from freeseg.robot import KheperaIV
 from freeseg.scene import Mover, Scene
-from freeseg.studies.reacting import PATIENCE, load_laws
+from freeseg.studies.reacting import FAILED, GAIN_RANGES, PATIENCE, REACTIVE
 from freeseg.studies.runner import run
 from freeseg.studies.statistics import Difference, Share, differences, interval, share
 from freeseg.trackers.feedback import starts
@@ -51,6 +51,17 @@ IMPOSSIBLE = "no", "overrun"
 
 #: Where the study's rows are, written by tests/benchmarks/avoid_movers.py.
 DRIVES = DATA / "movers.npz"
+
+#: Gains that tests/benchmarks/avoid_movers.py found for the methods that have some, and in which
+#: scenes, none of the study's.
+MOVERS_GAINS = DATA / "movers_gains.csv"
+TRAINING_SCENES = range(100_000, 100_024)
+
+#: Where they are searched for, on a logarithmic scale: steps that the MPC foresees and its price on
+#: coming too close, and what the reactive laws have.
+MOVERS_RANGES = {"MPC": {"horizon": (10.0, 60.0), "keep_out": (10.0, 10_000.0)}} | {
+    name: GAIN_RANGES[law] for name, law in REACTIVE.items()
+}
 
 #: What a row says of a drive that was none.
 NOT_DRIVEN = {"outcome": "not driven", "ticks": 0, "missed": 0, "late": 0} | dict.fromkeys(
@@ -139,7 +150,7 @@ def _disc(rng: np.random.Generator, center: np.ndarray) -> Disc:
 
 
 def methods() -> dict[str, Reactive]:
-    """The methods of this package by their names; the reactive laws as tuned in random worlds.
+    """The methods of this package by their names, with the gains that were found for them.
 
     Returns
     -------
@@ -147,17 +158,88 @@ def methods() -> dict[str, Reactive]:
         For `compare`. Those that plan keep a margin of 10 mm, for noise and for the robot's
         own accelerations.
     """
-    # Imported here: CasADi takes long to load.
-    from freeseg.trackers.mpc import Mpc
-
-    mpc = Mpc(horizon=30, on_failure="brake", nearest=4)
+    gains = load_gains()
     return {
         OFFLINE: Following(timed=True),
         "re-planning": Replanning(),
-        "MPC": Following(mpc, keep_out=True),
-        **load_laws()["random"],
+        **{name: with_gains(name, gains[name]) for name in MOVERS_RANGES},
         "nothing": Following(),
     }
+
+
+def with_gains(method: str, gains: Mapping[str, float]) -> Reactive:
+    """A method of `MOVERS_RANGES` with some gains.
+
+    Parameters
+    ----------
+    method : str
+        Name.
+    gains : dict
+        Name to value; the MPC's horizon is rounded.
+
+    Returns
+    -------
+    Reactive
+        For `compare`.
+
+    Raises
+    ------
+    InvalidParameter
+        For another method, or gains of which it cannot be made.
+    """
+    if checks.choice("method", method, MOVERS_RANGES) != "MPC":
+        return getattr(reactive, REACTIVE[method])(**gains)
+    # Imported here: CasADi takes long to load.
+    from freeseg.trackers.mpc import Mpc
+
+    steps = round(gains["horizon"])
+    mpc = Mpc(horizon=steps, keep_out=gains["keep_out"], on_failure="brake", nearest=4)
+    return Following(mpc, keep_out=True)
+
+
+def load_gains(file: str | PathLike[str] = MOVERS_GAINS) -> dict[str, dict[str, float]]:
+    """Gains that were found in the `TRAINING_SCENES` scenes: method to name to value.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read, or lacks a column.
+    """
+    found: dict[str, dict[str, float]] = {}
+    for row in read_csv(file, {"method": str, "gain": str, "value": float}):
+        found.setdefault(row["method"], {})[row["gain"]] = row["value"]
+    return found
+
+
+def score_among_movers(law: Reactive, numbers: Iterable[int] = TRAINING_SCENES) -> float:
+    """Mean arrival of a law relative to the bound, where a failure counts `FAILED`.
+
+    Parameters
+    ----------
+    law : Reactive
+        Law.
+    numbers : iterable of int, optional
+        Scenes; those in which nothing can arrive do not count.
+
+    Returns
+    -------
+    float
+        The less, the better.
+
+    Raises
+    ------
+    InvalidParameter
+        For what is no law, or numbers of no scene in which something can arrive.
+    """
+    rows = [drive_all(number, {"law": law})[0] for number in numbers]
+    scores = [
+        min(row["arrival_s"] / row["bound_s"], FAILED) if row["outcome"] == "arrived" else FAILED
+        for row in rows
+        if row["possible"] == "yes"
+    ]
+    if not scores:
+        raise InvalidParameter("numbers has no scene in which something arrives; give others")
+    return float(np.mean(scores))
 
 
 class _Clocked:

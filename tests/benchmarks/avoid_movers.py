@@ -4,7 +4,8 @@ Runs the study of `freeseg.studies.moving` on ``--count`` scenes, with ORCA as a
 keeps its rows in the folder STORE, where a run that was stopped goes on, and prints tables.
 ``--write`` runs nothing: it stores what STORE has so far in ``data/movers.npz``. Without a folder,
 it prints how long it takes to plan again among many movers, by the processor's own time;
-``--quick`` tries fewer.
+``--quick`` tries fewer. ``--tune`` searches the gains of MPC, ORCA and the reactive laws, all by
+the same search with as many evaluations, in scenes of their own: half an hour.
 
 ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``)
 chooses the velocity nearest to the wanted one that avoids all collisions within a time horizon.
@@ -23,15 +24,35 @@ from dataclasses import dataclass
 import numpy as np
 
 import freeseg as fs
+from freeseg.data import write_csv
 from freeseg.geometry import unit, wrap_angle
 from freeseg.reactive.sensing import check_drive, steer
 from freeseg.reference import SPEED
 from freeseg.replanning import SIGHT_NOISE, Estimates, Replanning
 from freeseg.segments import MARGIN
-from freeseg.studies import moving, store
+from freeseg.studies import moving, reacting, store
 
 #: Corners of the polygon round a disc that stands.
 STANDING_CORNERS = 16
+
+
+#: Where ORCA's gains are searched for: the time (s) that it foresees, among what moves and beside
+#: what stands, and its steering.
+ORCA_RANGES = {
+    "horizon": (0.5, 16.0),
+    "standing": (0.25, 8.0),
+    "steering": (1.0, 10.0),
+    "turn_rate": (1.0, 10.0),
+}
+
+#: Evaluations of a search, and its seed.
+BUDGET, SEED = 48, 19
+
+#: What searches begin with, besides the reactive laws' gains in worlds that stand still.
+FIRST = {
+    "MPC": {"horizon": 30.0, "keep_out": 100.0},
+    "ORCA": {"horizon": 4.0, "standing": 4.0, "steering": 6.0, "turn_rate": 3.0},
+}
 
 
 @dataclass(frozen=True)
@@ -39,6 +60,7 @@ class Orca:
     """ORCA as a law: the gains of the package's simulator."""
 
     horizon: float = 4.0
+    standing: float = 4.0
     reach: float = 2.0
     margin: float = 2 * MARGIN
     steering: float = 6.0
@@ -53,7 +75,7 @@ class Orca:
         others = len(scene.movers)
         radius = robot.radius + self.margin / 2
         simulator = pyrvo.RVOSimulator(
-            dt, self.reach, others, self.horizon, self.horizon, radius, SPEED
+            dt, self.reach, others, self.horizon, self.standing, radius, SPEED
         )
         for _ in range(1 + others):
             simulator.add_agent((0.0, 0.0))
@@ -127,6 +149,33 @@ def print_ticks(counts=(10, 50), scenes=10, ticks=40):
             )
 
 
+def law_with(method, gains):
+    """A method with some gains."""
+    return Orca(**gains) if method == "ORCA" else moving.with_gains(method, gains)
+
+
+def tune(budget=BUDGET):
+    """Search the gains of all that have some, print what they score, and store them."""
+    ranges, rows = moving.MOVERS_RANGES | {"ORCA": ORCA_RANGES}, []
+    for method in ranges:
+        standing = reacting.load_laws()["random"].get(method)
+        first = FIRST.get(method) or {gain: getattr(standing, gain) for gain in ranges[method]}
+
+        def cost(gains, method=method):
+            try:
+                return moving.score_among_movers(law_with(method, gains))
+            except fs.InvalidParameter:
+                # Such as thresholds in the wrong order.
+                return math.inf
+
+        gains, score = reacting.search(cost, ranges[method], first, SEED, budget)
+        before = cost(first)
+        print(f"{method:16s} {before:.3f} -> {score:.3f}  {gains}", flush=True)
+        scores = {"score_before": round(before, 6), "score": round(score, 6)}
+        rows += [{"method": method, "gain": k, "value": v} | scores for k, v in gains.items()]
+    write_csv(moving.MOVERS_GAINS, rows)
+
+
 def print_tables(rows):
     """What the study says."""
     for by in ((), ("movers", "ratio")):
@@ -161,10 +210,14 @@ def main():
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--tune", action="store_true")
     told = parser.parse_args()
     if told.quick:
         print_ticks((10,), 1, 3)
         print_tables(moving.compare([0], {"nothing": moving.methods()["nothing"]}))
+        return
+    if told.tune:
+        tune()
         return
     if told.store is None:
         print_ticks()
@@ -173,7 +226,7 @@ def main():
         rows = store.load(told.store).to_table().to_pylist()
         moving.save_drives(rows)
     else:
-        given = moving.methods() | {"ORCA": Orca()}
+        given = moving.methods() | {"ORCA": Orca(**moving.load_gains()["ORCA"])}
         rows = moving.compare(range(told.count), given, store=told.store)
     print_tables(rows)
 

@@ -3,7 +3,7 @@
 Counts failures on courses that no search has seen, at the usual disturbance and with one
 cause after the other made stronger; splits down to rare contacts; and measures which
 assumption matters most. What `freeseg.studies.stress.load_stress` reads is stored in
-``data/stress.npz``; notebook 15 shows it. All of it takes some 40 minutes on one core;
+``data/stress.npz``; notebook 15 shows it. All of it takes half an hour on one quiet core;
 counting can go on where it stopped. ``check`` tries splitting on a closed form, and
 stores that, too.
 """
