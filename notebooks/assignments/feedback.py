@@ -39,7 +39,7 @@ body { font: 16px/1.5 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 
 pre { font-size: 14px; line-height: 1.35; white-space: pre-wrap; }
 td, th { padding: 0.1em 1em 0.1em 0; text-align: left; }
 img { max-width: 100%; }
-div.prompt { display: none; }
+div.prompt, a.anchor-link { display: none; }
 div.input_area { background: #f6f6f6; padding: 0 0.8em; overflow-x: auto; }
 div.graded { border-left: 4px solid #3b6ea5; padding-left: 0.8em; margin: 1em 0; }
 p.comment { background: #fff6d6; padding: 0.5em 0.8em; }
@@ -88,7 +88,8 @@ p.comment { background: #fff6d6; padding: 0.5em 0.8em; }
 
 def as_mathml(found):
     """A formula that was found in a text as what a browser draws by itself."""
-    formula = unescape(found[1] or found[2] or "")
+    # What is unsafe was escaped in the notebook's text, and again when that was rendered.
+    formula = unescape(unescape(found[1] or found[2] or ""))
     if not formula:  # code, in which dollars are dollars
         return found[0]
     try:

@@ -105,15 +105,20 @@ def open_file(path, shown, name, released):
     except Exception as error:  # whatever a broken file makes nbformat raise
         why = f"{type(error).__name__}: {str(error)[:200]}"
         return File(path, shown, name, None, f"not graded: cannot be read ({why})", 0)
-    given = {"", *(cell.source.strip() for cell in released.cells)}
-    # Whoever wrote an id has not answered yet; and what a lecturer corrected is no answer.
-    texts = {"student", *(cell.id for cell in released.cells if not cell_name(cell))}
+    given = {"", *(_without_id(cell.source) for cell in released.cells)}
+    # What a lecturer corrected since is no answer.
+    texts = {cell.id for cell in released.cells if not cell_name(cell)}
     changed = [
         cell
         for cell in notebook.cells
-        if cell.source.strip() not in given and not {cell.id, cell_name(cell)} & texts
+        if _without_id(cell.source) not in given and cell.id not in texts
     ]
     return File(path, shown, name, notebook, "", len(changed))
+
+
+def _without_id(source):
+    """A cell's source without comments and a student's id, which are no answer yet."""
+    return re.sub(r"^(student = |#).*\n?", "", source, flags=re.M).strip()
 
 
 def read_submission(file):
@@ -306,8 +311,12 @@ def _runs(parts):
 
 
 def sayings(notebook):
-    """Short passages of a notebook's words."""
-    texts = (cell.source.lower() for cell in notebook.cells if cell.cell_type == "markdown")
+    """Short passages of a notebook's answers in words."""
+    texts = [
+        cell.source.lower()
+        for cell in notebook.cells
+        if cell.cell_type == "markdown" and (cell.metadata.get("nbgrader") or {}).get("solution")
+    ]
     return set().union(*(_runs(re.findall(r"\w+", text)) for text in texts))
 
 
