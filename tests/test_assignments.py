@@ -571,6 +571,34 @@ def test_time_counts_for_the_student_alone(monkeypatch):
     assert remarks == ["ps1.largest was ended by its time limit"]
 
 
+def test_a_cell_that_does_not_end_is_stopped_once(monkeypatch):
+    monkeypatch.setattr(judge, "CELL", 0.5)
+    again = "import os\nwhile os.path.exists('seen'):\n    pass\nopen('seen', 'w').close()"
+    with judge.Answers() as answers:
+        answers.run("def one():\n    return 1")
+        (output,) = answers.run("while True:\n    pass", "answer-turn")
+        assert "cell answer-turn did not end within 0.5 s and was stopped" in output.evalue
+        answers.run("import os\nos._exit(0)")
+        # It ends the first time, and never after.
+        answers.run(again)
+        for _ in range(2):
+            answers.stop()
+            assert answers("one") == 1
+        assert len(answers.ran) == 1
+    assert [remark.partition(":")[0] for remark in answers.remarks] == [
+        "cell answer-turn did not end within 0.5 s and was stopped, so that what it defines is missing",
+        "cell 'import os' ended Python",
+        "cell 'import os' did not end within 0.5 s and was stopped, so that what it defines is missing",
+    ]
+
+
+def test_a_cell_shows_its_last_value_if_that_says_something():
+    with judge.Answers() as answers:
+        assert answers.run("object()") == []
+        (shown,) = answers.run("1 + 1")
+        assert shown.data == {"text/plain": "2"}
+
+
 def test_a_law_may_take_as_long_as_the_robot_drives():
     class Busy:
         patience, now = 2.0, 0.0
@@ -699,10 +727,20 @@ def test_alike_is_named_whatever_the_names():
     first, other = read("ps5"), deepcopy(read("ps5"))
     for cell in other.cells:
         cell.source = cell.source.replace("differences", "gaps").replace("0.975", "0.9750")
-    hints = submissions.similar(
-        {"ada": first, "bob": other, "eve": untouched("ps5")}, untouched("ps5"), {}
-    )
-    assert hints == [("ada", "a hint: 100% as in bob"), ("bob", "a hint: 100% as in ada")]
+    # Somebody else's words with no code are alike, too.
+    words = untouched("ps5")
+    nbgrader_cells(words)["claim"].source = nbgrader_cells(first)["claim"].source.upper()
+    given = untouched("ps5")
+    nbgrader_cells(given)["claim"].source = "YOUR ANSWER HERE"
+    students = {"ada": first, "bob": other, "eve": untouched("ps5"), "kim": words}
+    nbgrader_cells(students["eve"])["claim"].source = "YOUR ANSWER HERE"
+    nbgrader_cells(other)["claim"].source = "My own few words."
+    assert submissions.similar(students, given, {}) == [
+        ("ada", "a hint: 100% as in bob"),
+        ("bob", "a hint: 100% as in ada"),
+        ("ada", "a hint: its words are 100% as in kim"),
+        ("kim", "a hint: its words are 100% as in ada"),
+    ]
 
 
 def test_model_answers_say_what_is_measured():

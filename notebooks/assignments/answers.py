@@ -157,9 +157,16 @@ class Cells:
         # What it would print of an error is told in the cell's outputs.
         self.shell.showtraceback = self.shell.showsyntaxerror = lambda *_, **__: None
         self.shell.enable_gui = lambda *_: None
+        self.shell.displayhook.write_output_prompt = lambda: None
+        self.shell.displayhook.write_format_data = self._show
         mpl.interactive(True)
         configure_inline_support(self.shell, "inline")
         sys.modules["__main__"] = self.shell.user_module
+
+    def _show(self, data, metadata=None):
+        """Show a cell's last value, but for one that says no more than where it is in memory."""
+        if len(data) > 1 or " at 0x" not in data.get("text/plain", ""):
+            self.shell.display_pub.publish(data)
 
     def run(self, source):
         """Outputs of a cell: (kind, name or data, text)."""

@@ -24,10 +24,11 @@ from freeseg.teaching.plain import NotPlain, pack, unpack
 ANSWERS = Path(__file__).resolve().with_name("answers.py")
 #: How many times the time of a student's own check a call may take when it is graded.
 PATIENCE = 3.0
-#: How many times that long it may take where it sleeps, or waits for the machine.
-IDLE = 20.0
+#: How many times that long it may take where it sleeps, or waits for the machine; and the time (s)
+#: that is enough for that, if twice that long is less.
+IDLE, ASLEEP = 20.0, 180.0
 #: Longest time of a cell (s), and of the start of a process.
-CELL, START = 60.0, 120.0
+CELL, START = 30.0, 120.0
 #: Longest reply (bytes), and memory of the answers (bytes).
 LONGEST_REPLY, MEMORY = 2**25, 2**32
 #: With how many seeds each test is graded.
@@ -109,7 +110,7 @@ class Watch:
     process : Forked or Started
         It is asked now.
     limit : float
-        Longest time (s) that it may work; it may sleep `IDLE` times as long.
+        Longest time (s) that it may work; it may sleep for longer.
     """
 
     def __init__(self, process, limit):
@@ -127,7 +128,8 @@ class Watch:
             left = self.limit - (self.process.clock() - self.begin)
         except OSError:
             return
-        if left > 0 and time.perf_counter() - self.asked < IDLE * self.limit:
+        longest = max(2 * self.limit, min(IDLE * self.limit, ASLEEP))
+        if left > 0 and time.perf_counter() - self.asked < longest:
             self._wait(max(left, 0.01))
             return
         self.late = True
@@ -183,7 +185,14 @@ class Answers:
         begin = {"do": "begin", "folder": folder, "refused": self.refused, "memory": MEMORY}
         self._send(begin, START)
         for source in self.ran:
-            self._send({"do": "cell", "source": source}, CELL * PATIENCE)
+            try:
+                self._send({"do": "cell", "source": source}, CELL)
+            except (Late, Gone) as error:
+                # It ran once and does so no more: it is not tried again.
+                self._stopped(error, source)
+                self.ran.remove(source)
+                self._start()
+                break
 
     def _send(self, question, limit):
         """The reply to a question; `Gone` or `Late` where there is none."""
@@ -218,15 +227,28 @@ class Answers:
         """See `freeseg.teaching.check.Ask`."""
         return self.process.clock() if self.process else 0.0
 
-    def run(self, source):
+    def _stopped(self, error, source, name=""):
+        """Remark on a cell that was ended, by its name or its first line; what is said of it."""
+        first_line = source.strip().partition("\n")[0]
+        what = f"cell {name or repr(first_line[:40])}"
+        told = f"{what} ended Python: what it defines is missing"
+        if isinstance(error, Late):
+            told = (
+                f"{what} did not end within {CELL:g} s and was stopped, so that what it defines is "
+                "missing: is there a loop that does not end?"
+            )
+        self._note(told)
+        return told
+
+    def run(self, source, name=""):
         """Outputs of a cell, which later questions find run."""
         try:
             if not self.process:
                 self._start()
-            reply = self._send({"do": "cell", "source": source}, CELL * PATIENCE)
+            reply = self._send({"do": "cell", "source": source}, CELL)
         except (Late, Gone) as error:
-            self._note(f"a cell ended Python, or took over {CELL * PATIENCE:g} s: {source[:40]!r}")
-            return [nbformat.v4.new_output("error", ename=type(error).__name__, evalue="")]
+            told = {"ename": type(error).__name__, "evalue": self._stopped(error, source, name)}
+            return [nbformat.v4.new_output("error", traceback=[told["evalue"]], **told)]
         self.ran.append(source)
         return [output for one in reply.get("outputs") or () for output in _output(one)]
 
@@ -290,7 +312,7 @@ def judge_notebook(notebook, name, secret, command=None):
             if cell.cell_type != "code":
                 continue
             if not known.get("grade") or known.get("solution"):
-                cell.outputs = answers.run(cell.source)
+                cell.outputs = answers.run(cell.source, known.get("grade_id", ""))
                 continue
             test = f"{part}.{known['grade_id']}"
             share, said = judge(test, answers, seeds_of(test, secret))

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from nbconvert.preprocessors.sanitize import SanitizeHTML
+from nbgrader.apps.api import NbGraderAPI
 from nbgrader.preprocessors import CheckCellMetadata, LimitOutput, SaveAutoGrades
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -29,3 +30,7 @@ c.ClearSolutions.text_stub = "YOUR ANSWER HERE"
 # A browser that shows an answer, in feedback or to grade it by hand, runs none of its code.
 c.HTMLExporter.preprocessors = [SanitizeHTML]
 c.SanitizeHTML.tags = [*SanitizeHTML().tags, "details", "summary"]
+
+# What is made here is no assignment.
+sources = NbGraderAPI.get_source_assignments
+NbGraderAPI.get_source_assignments = lambda api: sources(api) - {"build", "__pycache__"}
