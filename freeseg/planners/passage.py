@@ -12,11 +12,11 @@ from freeseg.path import Path
 from freeseg.planners.query import Query
 from freeseg.world import World
 
-#: So often the clearance is halved: what is left of it is less than a message shows.
-CLEARANCE_HALVINGS = 12
+#: So often the clearance is bisected: to a 4096th, enough to tell which gap is the narrow one.
+BISECTIONS = 12
 
 #: A way that is narrower than this share of what is asked for is none: obstacles touch.
-NO_WAY = 1e-4
+HARDLY_OPEN = 1e-4
 
 
 class Passage(NamedTuple):
@@ -52,11 +52,11 @@ def widest_passage(query: Query, way: Callable[[Query], Path | None]) -> Passage
     """
     keep = query.turning_radii - query.world.radii
     high = float(keep.max())
-    low = NO_WAY * high
+    low = HARDLY_OPEN * high
     path = way(_keeping(query, low))
     if path is None:
         return None
-    for _ in range(CLEARANCE_HALVINGS):
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
         found = way(_keeping(query, middle))
         if found is None:
@@ -129,7 +129,7 @@ def remedy(query: Query, way: Callable[[Query], Path | None]) -> str:
     where = _where(query.world, found)
     width = 2 * found.clearance
     diameter = width - query.margin
-    if diameter > NO_WAY * query.robot.diameter:
+    if diameter > HARDLY_OPEN * query.robot.diameter:
         return (
             "move the start or the goal, or plan for a smaller robot or margin: a robot of at most "
             f"{rounded_down(diameter)} m with that margin would pass{where}"

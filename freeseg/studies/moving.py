@@ -370,7 +370,8 @@ def _drive(law: Reactive, task: MovingTask, number: int, noise: float) -> dict[s
     except Trapped as trapped:
         # Raised by the loop with its run, or by a planner without one.
         outcome, driven = "late", getattr(trapped, "run", None)
-    except NoPath:
+    except (NoPath, InvalidQuery):
+        # There is no way, or a mover will be where a plan would begin.
         pass
     if driven is None:
         return {"outcome": "gave up"}
