@@ -4,7 +4,7 @@ Two rivals that share none of its geometry look for an earlier arrival in random
 one to ten movers, some with static discs or polygons, in all of which something bars the
 straight way (casadi and numba are needed)::
 
-    python tests/benchmarks/movers.py STORE      # half an hour; goes on where it was stopped
+    python tests/benchmarks/movers.py STORE      # 40 minutes; goes on where it was stopped
     python tests/benchmarks/movers.py --quick    # seconds, only to see that it runs
     python tests/benchmarks/movers.py --times    # times with 10, 50 and 100 movers
 
@@ -42,7 +42,7 @@ FILE = DATA / "movers_optimal.csv"
 #: The scenes, from `freeseg.studies.crossings`.
 SPEED, R_D = crossings.CROSSING_SPEED, crossings.CROSSING_KEEP
 START, GOAL = crossings.CROSSING_START, crossings.CROSSING_GOAL
-SCENES, FAR = 2000, GOAL[0]
+SCENES, FAR = 2750, GOAL[0]
 
 #: The programme is slow: it answers some of the scenes only, one in so many.
 EVERY = 4
