@@ -468,7 +468,8 @@ def summarise(
         ``collided`` and ``arrived``, shares of the others, each a `Share` with
         Wilson's interval; ``delayed``, the number of those that arrived with a bound;
         ``delay``, the mean of arrival over bound minus one of these, where the bound is less by
-        what it takes to drive `ARRIVED`, with
+        what it takes to drive `ARRIVED` (a mover that leaves the goal last may free what is near
+        it earlier than that), with
         ``delay_low`` and ``delay_high``, its bootstrap interval, and ``delay_median``; the same
         of only those with a proved bound as ``proved`` (number) and ``proved_delay`` (mean);
         ``missed``, the share of commands without a plan, and ``over``, of those that took
