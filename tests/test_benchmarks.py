@@ -67,7 +67,9 @@ def test_notebooks(tmp_path, capsys):
 def test_grading(capsys):
     load("grading").main(students=2)
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == ["release", "grades:", "feedback:", "2", "1"]
+    # Between what is timed, grading says what it wrote.
+    timed = [line.split()[0] for line in lines if line[0] in "r 0123456789"]
+    assert timed == ["release", "2", "1"]
 
 
 def test_peers(capsys):

@@ -180,10 +180,10 @@ def test_all_that_the_packages_of_a_reader_pull_in_is_pinned():
     assert pulled_in({*DIRECT, "freeseg"}) == pinned(READER) | {"freeseg"}
 
 
-def test_lecturers_add_nbgrader_and_what_it_alone_pulls_in():
+def test_lecturers_add_what_grades_and_what_it_alone_pulls_in():
     if not find_spec("nbgrader"):
         pytest.skip("nbgrader is not here: pip install -r notebooks/assignments/requirements.txt")
-    assert pulled_in({"nbgrader"}) - pinned(READER) == pinned(LECTURER)
+    assert pulled_in({"nbgrader", "latex2mathml"}) - pinned(READER) == pinned(LECTURER)
 
 
 def test_a_reader_s_jupyterlab_shows_nothing_but_what_the_notebooks_need():

@@ -78,7 +78,7 @@ def test_an_opening_names_the_moments_of_change(ax):
     ("sketch", "names"),
     [
         (sketch_graze, {"$p$", "$d$", "$u$", "$v$", r"$\lambda e$", "$R_j$", r"$\beta$"}),
-        (sketch_slide, {"$n$", "$u$", "$v$", "$w\\,e$", "$R_j$", r"$\theta$"}),
+        (sketch_slide, {"$u$", "$v$", "$w\\,e$", "$R_j$", r"$\theta$"}),
         (sketch_leave, {"$p$", "$v$", "goal $g$", "too early", "too late"}),
     ],
 )
