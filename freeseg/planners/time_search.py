@@ -862,26 +862,16 @@ def leave_between(field, label, a, j, sense, low, high, below, above, moves, cou
 
 def ride_to_goal(field, label, a, begin, moves, count, heap):
     """List the ride at the place of the rim that is to leave the goal, where the slide is early."""
-    i = int(label[DISC])
-    when, direction = field.release[i]
+    when, angle = field.release[int(label[DISC])]
     if math.isnan(when):
         return moves, count
-    ahead = (label[SENSE] * (direction - label[BEARING])) % (2 * math.pi)
-    if not (begin < ahead <= label[DONE] or begin == ahead == 0):
-        return moves, count
-    x, y, _, _, t = slide_at(field, label, ahead)
-    if t > when:
-        return moves, count
-    g, nx, ny = field.disc[i, GROWTH], math.cos(direction), math.sin(direction)
-    vx, vy = field.disc[i, U] + g * nx, field.disc[i, W] + g * ny
-    move = (a + 0.0, ahead, x, y, vx, vy, t, when - t, TARGET + 0.0, 1.0, 0.0, RIDE + 0.0)
-    return list_move(field, move, 0.0, 0.0, moves, count, heap)
+    return ride_at(field, label, a, begin, angle, when, TARGET, moves, count, heap)
 
 
 def ride_to_corners(field, label, a, begin, waited, moves, count, heap):
     """List the rides at places of the rim to where a corner that can be waited at comes later."""
     i = int(label[DISC])
-    cx, cy, u, w, _, g = field.disc[i]
+    cx, cy, u, w, _, _ = field.disc[i]
     for k in range(len(field.wait)):
         wait = field.wait[k]
         if waited[k] or wait[WAIT] == RELEASE or (i != int(wait[ONE]) and i != int(wait[OTHER])):
@@ -890,15 +880,23 @@ def ride_to_corners(field, label, a, begin, waited, moves, count, heap):
             when = wait[SINCE] + (wait[UNTIL] - wait[SINCE]) * (m / MEETINGS)
             px, py, _, _ = wait_at(wait, when)
             angle = math.atan2(py - cy - w * when, px - cx - u * when)
-            ahead = (label[SENSE] * (angle - label[BEARING])) % (2 * math.pi)
-            if begin < ahead <= label[DONE] or begin == ahead == 0:
-                x, y, _, _, t = slide_at(field, label, ahead)
-                if t < when:
-                    vx, vy = u + g * math.cos(angle), w + g * math.sin(angle)
-                    onto, lasts = len(field.disc) + k + 0.0, when - t
-                    move = (a + 0.0, ahead, x, y, vx, vy, t, lasts, onto, 1.0, 0.0, RIDE + 0.0)
-                    moves, count = list_move(field, move, 1.0, 0.0, moves, count, heap)
+            onto = len(field.disc) + k
+            moves, count = ride_at(field, label, a, begin, angle, when, onto, moves, count, heap)
     return moves, count
+
+
+def ride_at(field, label, a, begin, angle, when, onto, moves, count, heap):
+    """List the ride at a place of the rim until a time, if the part of a slide passes it before."""
+    ahead = (label[SENSE] * (angle - label[BEARING])) % (2 * math.pi)
+    if not (begin < ahead <= label[DONE] or begin == ahead == 0):
+        return moves, count
+    x, y, _, _, t = slide_at(field, label, ahead)
+    if t > when:
+        return moves, count
+    u, w, _, g = field.disc[int(label[DISC]), U : GROWTH + 1]
+    vx, vy = u + g * math.cos(angle), w + g * math.sin(angle)
+    move = (a + 0.0, ahead, x, y, vx, vy, t, when - t, onto + 0.0, 1.0, 0.0, RIDE + 0.0)
+    return list_move(field, move, 1.0, 0.0, moves, count, heap)
 
 
 def is_open(field, labels, move):
