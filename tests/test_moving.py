@@ -73,6 +73,24 @@ def test_all_that_have_gains_drive_with_those_found_for_movers():
         moving.with_gains("ORCA", gains["ORCA"])
 
 
+@pytest.mark.parametrize(
+    ("was", "now", "named"),
+    [
+        ("MPC,horizon,", "MPC,reach,", "no gain within its range"),
+        ("ORCA,turn_rate,", "ORCA,turn_rate,-", "no gain within its range"),
+        ("ORCA,", "Orca,", "no gain within its range"),
+    ],
+)
+def test_gains_that_no_search_found_are_refused(was, now, named, tmp_path):
+    text = moving.MOVERS_GAINS.read_text()
+    (tmp_path / "gains.csv").write_text(text.replace(was, now))
+    with pytest.raises(fs.InvalidData, match=named):
+        moving.load_gains(tmp_path / "gains.csv")
+    (tmp_path / "gains.csv").write_text("".join(text.splitlines(True)[:-1]))
+    with pytest.raises(fs.InvalidData, match="lacks gains of ORCA"):
+        moving.load_gains(tmp_path / "gains.csv")
+
+
 def test_blind_drives_are_judged_by_the_true_scene():
     found = moving.compare([1, 3], {"nothing": Following()})
     assert [tuple(row) for row in found] == [tuple(moving.FORM)] * 2

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freeseg import checks, reactive
-from freeseg.data import DATA, read_csv, read_rows, write_rows
+from freeseg.data import DATA, read_rows, write_rows
 from freeseg.errors import InvalidParameter, InvalidQuery, NoPath, Trapped
 from freeseg.following import Following
 from freeseg.geometry import unit
@@ -27,7 +27,7 @@ from freeseg.reference import SPEED
 from freeseg.replanning import SIGHT_NOISE, Replanning, observe
 from freeseg.robot import KheperaIV
 from freeseg.scene import Mover, Scene
-from freeseg.studies.reacting import FAILED, GAIN_RANGES, PATIENCE, REACTIVE
+from freeseg.studies.reacting import FAILED, GAIN_RANGES, PATIENCE, REACTIVE, read_gains
 from freeseg.studies.runner import run
 from freeseg.studies.statistics import Difference, Share, differences, interval, share
 from freeseg.trackers.feedback import starts
@@ -61,6 +61,17 @@ TRAINING_SCENES = range(100_000, 100_024)
 #: coming too close, and what the reactive laws have.
 MOVERS_RANGES = {"MPC": {"horizon": (10.0, 60.0), "keep_out": (10.0, 10_000.0)}} | {
     name: GAIN_RANGES[law] for name, law in REACTIVE.items()
+}
+
+#: The same of ORCA, which tests/benchmarks/avoid_movers.py drives: the time (s) that it foresees,
+#: among what moves and beside what stands, and its steering.
+PEER_RANGES = {
+    "ORCA": {
+        "horizon": (0.5, 16.0),
+        "standing": (0.25, 8.0),
+        "steering": (1.0, 10.0),
+        "turn_rate": (1.0, 10.0),
+    }
 }
 
 #: What a row says of a drive that was none.
@@ -203,12 +214,11 @@ def load_gains(file: str | PathLike[str] = MOVERS_GAINS) -> dict[str, dict[str, 
     Raises
     ------
     InvalidData
-        For a file that cannot be read, or lacks a column.
+        As for `reacting.read_gains`.
     """
-    found: dict[str, dict[str, float]] = {}
-    for row in read_csv(file, {"method": str, "gain": str, "value": float}):
-        found.setdefault(row["method"], {})[row["gain"]] = row["value"]
-    return found
+    ranges = {(method,): of_method for method, of_method in (MOVERS_RANGES | PEER_RANGES).items()}
+    found = read_gains(file, ("method",), ranges)
+    return {method: gains for (method,), gains in found.items()}
 
 
 def score_among_movers(law: Reactive, numbers: Iterable[int] = TRAINING_SCENES) -> float:

@@ -5,7 +5,7 @@ Khepera IV in random worlds of three densities, and for the wide robot of BARN i
 BARN's. All laws drive at the same top speed.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from os import PathLike
 from typing import Any, NamedTuple
@@ -273,22 +273,8 @@ def load_laws(
         twice or out of its range, or gains of which no law can be made.
     """
     path = checks.file("file", file)
-    rows = read_csv(path, {"tuned_for": str, "law": str, "gain": str, "value": float})
-    found: dict[tuple[str, str], dict[str, float]] = {
-        (aim, law): {} for aim in TUNED_FOR for law in GAIN_RANGES
-    }
-    for row in rows:
-        gains = found.get((row["tuned_for"], row["law"]), {})
-        low, high = GAIN_RANGES.get(row["law"], {}).get(row["gain"], (np.inf, -np.inf))
-        if not low <= row["value"] <= high or row["gain"] in gains:
-            raise InvalidData(
-                f"{path.name}, row {row['row']}: no gain within its range, or the second of its "
-                "name; tune the laws again"
-            )
-        gains[row["gain"]] = row["value"]
-    for (aim, law), gains in found.items():
-        if gains.keys() != GAIN_RANGES[law].keys():
-            raise InvalidData(f"{path.name} lacks gains of {law} for {aim}; tune the laws again")
+    ranges = {(aim, law): of_law for aim in TUNED_FOR for law, of_law in GAIN_RANGES.items()}
+    found = read_gains(path, ("tuned_for", "law"), ranges)
     try:
         return {
             aim: {name: getattr(reactive, law)(**found[aim, law]) for name, law in REACTIVE.items()}
@@ -296,6 +282,53 @@ def load_laws(
         }
     except InvalidParameter as error:
         raise InvalidData(f"{path.name}: {error}; tune the laws again") from error
+
+
+def read_gains(
+    file: str | PathLike[str],
+    keys: tuple[str, ...],
+    ranges: Mapping[Any, Mapping[str, tuple[float, float]]],
+) -> dict[Any, dict[str, float]]:
+    """Gains that a search stored, one a row.
+
+    Parameters
+    ----------
+    file : path-like
+        CSV file with columns ``gain`` and ``value``, and the keys.
+    keys : tuple of str
+        Columns that say whose a gain is.
+    ranges : dict
+        What stands in those columns to name of gain to its least and largest value: all
+        that the file must have.
+
+    Returns
+    -------
+    dict
+        What stands in those columns to name of gain to value.
+
+    Raises
+    ------
+    InvalidData
+        For a file that cannot be read, and for a gain that is unknown, missing, twice or out of
+        its range.
+    """
+    path = checks.file("file", file)
+    found: dict[Any, dict[str, float]] = {key: {} for key in ranges}
+    for row in read_csv(path, dict.fromkeys((*keys, "gain"), str) | {"value": float}):
+        key = tuple(row[name] for name in keys)
+        gains = found.get(key, {})
+        low, high = ranges.get(key, {}).get(row["gain"], (np.inf, -np.inf))
+        if not low <= row["value"] <= high or row["gain"] in gains:
+            raise InvalidData(
+                f"{path.name}, row {row['row']}: no gain within its range, or the second of its "
+                "name; tune the laws again"
+            )
+        gains[row["gain"]] = row["value"]
+    for key, gains in found.items():
+        if gains.keys() != ranges[key].keys():
+            whose = " for ".join(reversed(key))
+            raise InvalidData(f"{path.name} lacks gains of {whose}; tune the laws again")
+    return found
 
 
 def reactive_rivals(

@@ -37,15 +37,6 @@ from freeseg.studies import moving, reacting, store
 STANDING_CORNERS = 16
 
 
-#: Where ORCA's gains are searched for: the time (s) that it foresees, among what moves and beside
-#: what stands, and its steering.
-ORCA_RANGES = {
-    "horizon": (0.5, 16.0),
-    "standing": (0.25, 8.0),
-    "steering": (1.0, 10.0),
-    "turn_rate": (1.0, 10.0),
-}
-
 #: Evaluations of a search, and its seed.
 BUDGET, SEED = 48, 19
 
@@ -157,7 +148,7 @@ def law_with(method, gains):
 
 def tune(budget=BUDGET):
     """Search the gains of all that have some, print what they score, and store them."""
-    ranges, rows = moving.MOVERS_RANGES | {"ORCA": ORCA_RANGES}, []
+    ranges, rows = moving.MOVERS_RANGES | moving.PEER_RANGES, []
     for method in ranges:
         standing = reacting.load_laws()["random"].get(method)
         first = FIRST.get(method) or {gain: getattr(standing, gain) for gain in ranges[method]}
