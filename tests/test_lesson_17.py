@@ -61,8 +61,9 @@ def test_the_three_findings(defined):
 
 
 def test_the_flip_is_of_the_shortest_path(defined):
-    assert [row[0] for row in defined["flipped"]] == ["C04", "C18", "C59"]
-    assert {row[3] for row in defined["flipped"]} == {Outcome.HOLDS}
+    # No number of cases proves the “always” of C59.
+    after = {row[0]: row[3] for row in defined["flipped"]}
+    assert after == {"C04": Outcome.HOLDS, "C18": Outcome.HOLDS, "C59": Outcome.ASSUMED}
 
 
 def test_what_the_prose_says_of_the_literal_reading(defined):
