@@ -24,6 +24,7 @@ from freeseg.studies import (
     crossings,
     duels,
     ledger,
+    moving,
     orders,
     planning,
     reacting,
@@ -353,6 +354,17 @@ CALLS = {
     "room_like_barn": (reacting.room_like_barn, {"seed": 1}),
     "training_tasks": (reacting.training_tasks, {"name": "barn"}),
     "load_laws": (reacting.load_laws, {"file": data.DATA / "reactive_gains.csv"}),
+    "read_gains": (
+        reacting.read_gains,
+        {
+            "file": data.DATA / "movers_gains.csv",
+            "keys": ("method",),
+            "ranges": {
+                (method,): ranges
+                for method, ranges in (moving.MOVERS_RANGES | moving.PEER_RANGES).items()
+            },
+        },
+    ),
     "reactive_rivals": (reacting.reactive_rivals, {"file": data.DATA / "reactive_gains.csv"}),
     "trap_worlds": (traps.trap_worlds, {}),
     "draw": (stress.draw, {"statics": STATICS, "numbers": NUMBERS, "times": {"noise": 2.0}}),

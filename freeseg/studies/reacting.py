@@ -311,8 +311,16 @@ def read_gains(
     InvalidData
         For a file that cannot be read, and for a gain that is unknown, missing, twice or out of
         its range.
+    InvalidParameter
+        For what are no names of columns, or no ranges.
     """
     path = checks.file("file", file)
+    checks.instance("ranges", ranges, Mapping, "a dict of keys to ranges")  # type: ignore[type-abstract]
+    checks.instances("ranges", ranges.values(), Mapping, "a dict for each key")  # type: ignore[type-abstract]
+    remedy = "a tuple of names of columns, as many as each key of ranges has"
+    checks.instances("keys", checks.instance("keys", keys, tuple, remedy), str, remedy)
+    if any(not isinstance(key, tuple) or len(key) != len(keys) for key in ranges):
+        raise InvalidParameter(f"keys is {checks.shown(keys)}; give {remedy}")
     found: dict[Any, dict[str, float]] = {key: {} for key in ranges}
     for row in read_csv(path, dict.fromkeys((*keys, "gain"), str) | {"value": float}):
         key = tuple(row[name] for name in keys)
