@@ -28,6 +28,9 @@ DOCKING = 0.03
 #: rate (rad/s).
 APPROACH, STEERING, TURN_RATE = 2.0, 4.0, 3.0
 
+#: An acceleration that makes a timed reference turn faster than that is halved, so often at most.
+GENTLER = 3
+
 #: How fast a robot turns in place before it follows (rad/s), and by what angle (rad) it need not.
 #: A plan that takes the time of the turn into account may ask for another turn, so often at most.
 TURNING, ALIGNED, TURNS_TRIED = 2.5, 1e-3, 8
@@ -56,7 +59,7 @@ class Following:
         Share of that speed that a timed plan leaves to the tracker, to
         catch up with.
     acceleration : float
-        Of the reference (m/s^2).
+        Of the reference (m/s^2); of a timed one at most, see the notes.
     margin : float
         Security margin delta (m).
     noise : float
@@ -73,7 +76,9 @@ class Following:
     The robot first turns in place, to where its reference begins, and then follows: a tracker
     that has to turn it while its reference drives on swings wide. A timed plan is made for
     where the movers are when it has turned, and half of its reference's lateness has passed,
-    see `timed_reference`; that nothing comes while it turns is not looked at. A tracker that
+    see `timed_reference`; that nothing comes while it turns is not looked at. Where a path waits
+    it may bend sharply: an acceleration that makes the reference turn faster than the robot is to
+    is halved, up to twice, which rounds the bends. A tracker that
     keeps out is told that the wheels reach the top speed and no more, so that it never counts
     on more.
     """
@@ -159,10 +164,15 @@ class Following:
         if not self.timed:
             plan = shortest_path(scene.world, place, goal, robot, self.margin)
             return make_reference(plan, speed=self.speed, acceleration=self.acceleration)
-        speed = (1 - self.reserve) * self.speed
-        later = scene_after(scene, speed / self.acceleration / 2)
-        timed = time_minimal_plan(later, place, goal, speed, robot, self.margin)
-        return timed_reference(timed, self.acceleration)
+        speed, acceleration = (1 - self.reserve) * self.speed, self.acceleration
+        for _ in range(GENTLER):
+            later = scene_after(scene, speed / acceleration / 2)
+            timed = time_minimal_plan(later, place, goal, speed, robot, self.margin)
+            reference = timed_reference(timed, acceleration)
+            if np.abs(reference.omega).max() <= TURN_RATE:
+                break
+            acceleration /= 2
+        return reference
 
     def _grown(self, scene: Scene) -> Scene:
         """All obstacles as movers that are larger by half of the margin, as the planners' are."""

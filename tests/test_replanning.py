@@ -47,6 +47,22 @@ def test_a_timed_reference_keeps_clear_of_the_mover_it_slides_on():
     assert np.abs(wheels).max() < plan.robot.max_wheel_speed
 
 
+def test_a_timed_plan_that_bends_sharply_is_driven_more_gently():
+    # It waits for a gap, and turns there.
+    task = moving.random_task(517)
+    law, robot = Following(timed=True), fs.KheperaIV()
+    plan = fs.time_minimal_plan(task.scene, task.start, task.goal, 0.098, robot, law.margin)
+    sharp = timed_reference(plan, law.acceleration)
+    assert np.abs(sharp.omega).max() > 5
+    driven = law._reference(task.scene, task.start, task.goal, robot)
+    assert np.abs(driven.omega).max() < 3
+    run = fs.react(law, task.scene, task.start, task.goal, dt=moving.TICK)
+    assert run.collision is None
+    # Where nothing bends, nothing is lost.
+    alone = law._reference(fs.Scene(fs.World([])), np.zeros(2), np.array([1.0, 0]), robot)
+    assert alone.duration == pytest.approx(1 / 0.098 + 0.098 / law.acceleration)
+
+
 @pytest.mark.parametrize("acceleration", [0, -1, np.nan, 1e3, "1"])
 def test_accelerations_that_no_wheel_does_are_refused(acceleration):
     plan = fs.time_minimal_plan(fs.World([]), START, GOAL, speed=0.1)
