@@ -224,7 +224,8 @@ def test_it_waits_for_what_covers_the_goal():
 @pytest.mark.parametrize(
     ("seed", "grid"),
     # At a gap about to open, at a goal about to be left, at corners that lead to those, on a rim
-    # until such a corner comes by; and slowly on the way there, straight or from a rim.
+    # until such a corner comes by; slowly on the way there, straight or from a rim; and on an edge
+    # that ends, from where its corner leads on.
     [
         (25, 8.19457),
         (40, 6.99998),
@@ -237,6 +238,7 @@ def test_it_waits_for_what_covers_the_goal():
         (1580, 7.74300),
         (1668, 8.12517),
         (1833, 7.85859),
+        (2649, 8.28994),
     ],
 )
 def test_waiting_pays_where_a_grid_in_space_and_time_found_that_it_does(seed, grid):

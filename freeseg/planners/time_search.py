@@ -72,6 +72,9 @@ STRAIGHT, RIDE = 0, 1
 #: two rows of numbers that say where it is, as for `wait_at`.
 WAIT, SINCE, UNTIL, END_X, END_Y, ONE, OTHER, SIDE, SHAPE = range(9)
 
+#: Column of the second row of numbers of a wall: how long its edge is (m).
+LENGTH = 4
+
 #: Kinds of waits: the corner of two discs, or of a disc and an edge; what leaves the goal last.
 CORNER, WALL, RELEASE = 0, 1, 2
 
@@ -86,9 +89,6 @@ THERE = 3e-8
 
 #: A place of a rim is met by a corner at so many times that are looked at.
 MEETINGS = 8
-
-#: A ride to a wait is followed back in so many steps.
-RIDE_LOOKS = 400
 
 #: A ride is looked at in steps of at least this share of it.
 RIDE_STEP = 1e-3
@@ -370,7 +370,7 @@ def corner_at(a, b, side, t):
 
 
 def wall_at(a, b, side, t):
-    """Place and velocity of a corner of a disc and a line, of which b has a point and direction."""
+    """Place and velocity of a corner of a disc and a line: b has a point, a direction, a length."""
     x, y, r = a[X] + a[U] * t, a[Y] + a[W] * t, a[RADIUS] + a[GROWTH] * t
     ex, ey = b[U], b[W]
     along, across = (x - b[X]) * ex + (y - b[Y]) * ey, (y - b[Y]) * ex - (x - b[X]) * ey
@@ -452,7 +452,7 @@ def ride(field, labels, a, moves, count, heap):
 
 
 def free_parts(field):
-    """The waits, cut to the parts in which nothing is in the way, and rides that lead to those."""
+    """The waits, cut to the parts in which nothing is in the way, and to where others begin."""
     parts, count = np.empty((64, field.wait.shape[1])), 0
     for k in range(len(field.wait)):
         wait = field.wait[k]
@@ -469,54 +469,29 @@ def free_parts(field):
                     parts[count, SINCE], parts[count, UNTIL] = since, change
                     parts[count, END_X], parts[count, END_Y], _, _ = wait_at(wait, change)
                     count += 1
-                    if since > wait[SINCE]:
-                        parts, count = lead_in(field, wait, since, parts, count)
                 since, was_free = change, is_free
             if t >= wait[UNTIL]:
                 break
             before = t
             t = min(t + max(abs(spare(field, wait, t)), least), wait[UNTIL])
             is_free = spare(field, wait, t) >= 0
-    return parts[:count].copy()
-
-
-def lead_in(field, wait, end, parts, count):
-    """List the rides to where a disc leaves a wait: on its corners with what the wait is on."""
-    x, y, _, _ = wait_at(wait, end)
-    k, nearest = -1, math.inf
-    for j in range(1, len(field.disc)):
-        gap, _ = gap_to(field, x, y, 0.0, 0.0, end, j, -1)
-        if j != int(wait[ONE]) and j != int(wait[OTHER]) and abs(gap) < nearest:
-            k, nearest = j, abs(gap)
-    if nearest > THERE:
-        return parts, count
-    row = wait.copy()
-    row[WAIT], row[OTHER], row[SHAPE + 6 :] = CORNER, k, field.disc[k]
-    for i in (int(wait[ONE]), int(wait[OTHER])):
-        for side in (-1.0, 1.0):
-            if i < 0:
+    more = count
+    for k in range(count):
+        for m in range(count):
+            since = parts[m, SINCE]
+            # What begins as early or as late is on the ride's ends.
+            early, late = parts[k, SINCE] * (1 + TURNED), parts[k, UNTIL] * (1 - TURNED)
+            if not early < since < late:
                 continue
-            row[ONE], row[SIDE], row[SHAPE : SHAPE + 6] = i, side, field.disc[i]
-            px, py, vx, vy = wait_at(row, end)
-            if math.hypot(px - x, py - y) > THERE or math.hypot(vx, vy) >= field.speed:
-                continue
-            step, since = end / RIDE_LOOKS, end
-            while since - step >= 0 and is_ride(field, row, since - step):
-                since -= step
-            if since < end:
-                if count == len(parts):
+            x, y, _, _ = wait_at(parts[k], since)
+            px, py, _, _ = wait_at(parts[m], since)
+            if math.hypot(px - x, py - y) < THERE:
+                if more == len(parts):
                     parts = doubled(parts)
-                parts[count] = row
-                parts[count, SINCE], parts[count, UNTIL] = since, end
-                parts[count, END_X], parts[count, END_Y] = px, py
-                count += 1
-    return parts, count
-
-
-def is_ride(field, wait, t):
-    """Whether a corner is there at a time, slower than the robot, and free."""
-    _, _, vx, vy = wait_at(wait, t)
-    return math.hypot(vx, vy) < field.speed and spare(field, wait, t) >= 0
+                parts[more] = parts[k]
+                parts[more, UNTIL], parts[more, END_X], parts[more, END_Y] = since, x, y
+                more += 1
+    return parts[:more].copy()
 
 
 def turn(field, wait, low, high, was_free):
@@ -545,6 +520,11 @@ def spare(field, wait, t):
     for e in range(len(field.keep)):
         gap, _ = gap_to(field, x, y, 0.0, 0.0, t, -1, e)
         nearest = min(nearest, (gap + CLOSER) / field.speed)
+    if wait[WAIT] == WALL:
+        # Beyond its ends an edge has corners, which are discs.
+        b = wait[SHAPE + 6 :]
+        along = (x - b[X]) * b[U] + (y - b[Y]) * b[W]
+        nearest = min(nearest, (min(along, b[LENGTH] - along) + CLOSER) / field.speed)
     return nearest
 
 

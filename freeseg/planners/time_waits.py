@@ -4,7 +4,8 @@ A time-minimal motion among discs that do not overlap never waits. Where two ove
 overlaps a wall, a gap may open between them. Before that, their common corner runs towards
 the gap, slowly at first, and infinitely fast in the end. Whoever rides on the corner until it
 is as fast as the robot, and goes on at full speed from there, passes the gap first: at its
-last time the corner moves as the slides on both discs do.
+last time the corner moves as the slides on both discs do. Another disc may cut a ride before,
+or the edge of a wall end: from there, the corner that begins there leads on.
 """
 
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from freeseg.planners.time_search import (
     END_X,
     END_Y,
     GROWTH,
+    LENGTH,
     ONE,
     OTHER,
     RADIUS,
@@ -124,13 +126,15 @@ def _walls(field: Field, latest: float) -> np.ndarray:
     edge = np.tile(np.repeat(field.edge, 2, 0), (len(moving), 1)).reshape(-1, 4)
     keep = np.tile(np.repeat(field.keep, 2), len(moving)) * np.tile([1, -1], len(disc) // 2)
     along = edge[:, 2:] - edge[:, :2]
-    along /= np.hypot(*along.T)[:, None]
+    length = np.hypot(*along.T)
+    along /= length[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], -1)
     found = np.zeros((len(disc), WAIT_COLUMNS))
     found[:, WAIT], found[:, ONE], found[:, OTHER] = WALL, disc, -1
     found[:, SHAPE : SHAPE + 6] = field.disc[disc]
     found[:, SHAPE + 6 : SHAPE + 8] = edge[:, :2] + keep[:, None] * across
     found[:, SHAPE + 6 + U : SHAPE + 6 + W + 1] = along
+    found[:, SHAPE + 6 + LENGTH] = length
     offset = field.disc[disc, :2] - found[:, SHAPE + 6 : SHAPE + 8]
     offset = (offset * across).sum(-1, keepdims=True) * [1, 0]
     drift = (field.disc[disc, U : W + 1] * across).sum(-1, keepdims=True) * [1, 0]
@@ -181,7 +185,9 @@ def _rides(
     slow = _is_slow(field, found, t, place)
     # In the end it is infinitely fast.
     slow[:, -1] &= ~is_end
-    row, end = np.nonzero(slow[:, :-1] & ~slow[:, 1:])
+    # What is slow up to the end of what was looked at may yet be cut by something else.
+    after = np.concatenate([slow[:, 1:], np.zeros((len(slow), 1), bool)], 1)
+    row, end = np.nonzero(slow & ~after)
     if not len(row):
         return found[:0]
     # The look at which it began to be slow.
@@ -189,8 +195,8 @@ def _rides(
     begin = np.maximum.accumulate(begin, 1)[row, end]
     begin_is_slow = slow[row, begin]
     found, t_row = found[row], t[row]
-    each = np.arange(len(row))
-    until = _change(field, found, t_row[each, end], t_row[each, end + 1], place)
+    each, fast = np.arange(len(row)), np.minimum(end + 1, CORNER_LOOKS - 1)
+    until = _change(field, found, t_row[each, end], t_row[each, fast], place)
     since = _change(field, found, t_row[each, begin + 1 - begin_is_slow], t_row[each, begin], place)
     found[:, SINCE], found[:, UNTIL] = np.where(begin_is_slow, t_row[each, begin], since), until
     x, y, _, _ = place(found[:, SHAPE:].T[:6], found[:, SHAPE:].T[6:], found[:, SIDE], until)
