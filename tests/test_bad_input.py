@@ -55,6 +55,12 @@ STRAIGHT = fs.make_reference(STRAIGHT_PLAN)
 STRAIGHT_RUN = fs.simulate(fs.SlidingMode(), STRAIGHT)
 ELSEWHERE = fs.plan(fs.load_table(2), (0, 0), (0.75, 0.75))
 ORDER = statistics.order([statistics.Difference("one", "other", -2, -3, -1)])
+DRIVES = [
+    row
+    for row in moving.load_drives()
+    if row["scene"] < 40 and row["method"] in ("MPC", "potential field")
+]
+BLIND = {"nothing": fs.Following()}
 COURSE = courses.Course("short", WORLD, REFERENCE, 0.1)
 STATICS = np.zeros((6, 2))
 NUMBERS = np.zeros((stress.samples_of(COURSE) + 1, 5, 2))
@@ -406,6 +412,29 @@ CALLS = {
         {"tracker": fs.SlidingMode(), "course": COURSE, "number": 2, "robots": 1, "seed": 0},
     ),
     "load_stress": (stress.load_stress, {"file": data.DATA / "stress.npz"}),
+    "random_task": (moving.random_task, {"number": 0}),
+    "methods": (moving.methods, {}),
+    "told_noise": (moving.told_noise, {"given": BLIND, "noise": 0.002}),
+    "with_gains": (
+        moving.with_gains,
+        {"method": "VFH+", "gains": moving.load_gains()["VFH+"]},
+    ),
+    "load_moving_gains": (moving.load_gains, {"file": moving.MOVERS_GAINS}),
+    "score_among_movers": (
+        moving.score_among_movers,
+        {"law": fs.Following(), "numbers": [3], "noise": 0.0},
+    ),
+    "bound": (moving.bound, {"task": moving.random_task(3)}),
+    "drive_all": (moving.drive_all, {"number": 1, "given": BLIND, "noise": 0.0}),
+    "compare_movers": (
+        moving.compare,
+        {"numbers": [1], "given": BLIND, "noise": 0.0, "store": None, "jobs": 1},
+    ),
+    "save_drives": (moving.save_drives, {"rows": DRIVES, "file": "drives.npz"}),
+    "load_drives": (moving.load_drives, {"file": moving.DRIVES}),
+    "summarise_drives": (moving.summarise, {"rows": DRIVES, "by": ("movers",)}),
+    "moving_pairs": (moving.pairs, {"rows": DRIVES}),
+    "beside": (moving.beside, {"rows": DRIVES, "rival": "MPC"}),
     "random_crossing": (crossings.random_crossing, {"seed": 0}),
     "plan_crossing": (crossings.plan_crossing, {"seed": 0}),
     "load_crossings": (crossings.load_crossings, {}),
@@ -1053,6 +1082,7 @@ CALLED = {
 
 #: Where NaN is an answer.
 MAY_BE_NAN = {"try_rules", "split", "lowest_level", "read_rows", "judge_rivals"}
+MAY_BE_NAN |= {"drive_all", "compare_movers", "load_drives", "bound", "summarise_drives"}
 
 
 def numbers_of(result):
@@ -1139,7 +1169,18 @@ def test_every_public_function_is_fed():
         name for name, (function, _) in CALLS.items() if inner(function).__name__ == "<lambda>"
     }
     modules = fs.plotting, fs.maps, data, courses, planning, runner, sizes, statistics, tracking
-    modules += (crossings, duels, orders, reacting, rivals, splitting, stress, traps, tuning)
+    modules += (
+        crossings,
+        duels,
+        moving,
+        orders,
+        reacting,
+        rivals,
+        splitting,
+        stress,
+        traps,
+        tuning,
+    )
     for module in modules:
         for name, function in public_functions(module):
             assert function in fed or name in names, name

@@ -103,7 +103,7 @@ def load_crossings() -> list[dict[str, Any]]:
     list of dict
         ``seed``, ``kind``, numbers of ``movers`` and of obstacles that stand ``still``,
         ``proved``, ``arrival_s`` (s), and the arrivals of rivals as multiples of that, 0
-        where a rival has no answer: of the ``grid``, and of the programme ``from_ours``,
+        where there is no answer: of the ``grid``, and of the programme ``from_ours``,
         ``from_random``, ``from_grid``.
     """
     columns = {"seed": int, "kind": str, "movers": int, "still": int, "proved": int}

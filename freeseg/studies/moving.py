@@ -8,6 +8,7 @@ they move and so has no noise. Each drive is judged by the scene as it is.
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from os import PathLike
 from typing import Any, NamedTuple
@@ -46,22 +47,30 @@ TICK, LONGEST_DRIVE = 0.05, 40.0
 #: The method that knows how movers move, which is told their velocities.
 OFFLINE = "time-minimal, offline"
 
+#: The method that plans at every step.
+ANEW = "re-planning"
+
 #: What `possible` says of scenes that are counted apart.
 IMPOSSIBLE = "no", "overrun"
 
 #: Where the study's rows are, written by tests/benchmarks/avoid_movers.py.
 DRIVES = DATA / "movers.npz"
 
+#: The same with more noise, which those that can be are told (m), in the first scenes.
+NOISY_DRIVES, NOISES = DATA / "movers_noise.npz", (0.005, 0.01)
+
 #: Gains that tests/benchmarks/avoid_movers.py found for the methods that have some, and in which
 #: scenes, none of the study's.
 MOVERS_GAINS = DATA / "movers_gains.csv"
 TRAINING_SCENES = range(100_000, 100_024)
 
-#: Where they are searched for, on a logarithmic scale: steps that the MPC foresees and its price on
-#: coming too close, and what the reactive laws have.
-MOVERS_RANGES = {"MPC": {"horizon": (10.0, 60.0), "keep_out": (10.0, 10_000.0)}} | {
-    name: GAIN_RANGES[law] for name, law in REACTIVE.items()
-}
+#: Where they are searched for, on a logarithmic scale: the acceleration of the offline plan's
+#: reference, and the speed that it leaves; steps that the MPC foresees and its price on coming too
+#: close; and what the reactive laws have.
+MOVERS_RANGES = {
+    OFFLINE: {"acceleration": (0.05, 1.0), "reserve": (0.002, 0.1)},
+    "MPC": {"horizon": (10.0, 60.0), "keep_out": (10.0, 10_000.0)},
+} | {name: GAIN_RANGES[law] for name, law in REACTIVE.items()}
 
 #: The same of ORCA, which tests/benchmarks/avoid_movers.py drives: the time (s) that it foresees,
 #: among what moves and beside what stands, and its steering.
@@ -90,6 +99,7 @@ FORM = {
     "scene": int,
     "movers": int,
     "ratio": float,
+    "noise_m": float,
     "possible": str,
     "proved": bool,
     "bound_s": float,
@@ -171,10 +181,37 @@ def methods() -> dict[str, Reactive]:
     """
     gains = load_gains()
     return {
-        OFFLINE: Following(timed=True),
-        "re-planning": Replanning(),
-        **{name: with_gains(name, gains[name]) for name in MOVERS_RANGES},
+        OFFLINE: with_gains(OFFLINE, gains[OFFLINE]),
+        ANEW: Replanning(),
+        **{name: with_gains(name, gains[name]) for name in MOVERS_RANGES if name != OFFLINE},
         "nothing": Following(),
+    }
+
+
+def told_noise(given: Mapping[str, Reactive], noise: float) -> dict[str, Reactive]:
+    """Methods that are told with which noise they see, those that can be.
+
+    Parameters
+    ----------
+    given : dict
+        Name to law.
+    noise : float
+        Standard deviation of an observed position (m).
+
+    Returns
+    -------
+    dict
+        For `compare`.
+
+    Raises
+    ------
+    InvalidParameter
+        For what are no methods, or a noise that is negative.
+    """
+    noise = _check_noise(noise)
+    return {
+        name: replace(law, noise=noise) if hasattr(law, "noise") else law  # type: ignore[type-var]
+        for name, law in _check_methods(given).items()
     }
 
 
@@ -198,7 +235,15 @@ def with_gains(method: str, gains: Mapping[str, float]) -> Reactive:
     InvalidParameter
         For another method, or gains of which it cannot be made.
     """
-    if checks.choice("method", method, MOVERS_RANGES) != "MPC":
+    ranges = MOVERS_RANGES[checks.choice("method", method, MOVERS_RANGES)]
+    if not isinstance(gains, Mapping) or gains.keys() != ranges.keys():
+        raise InvalidParameter(
+            f"gains is {checks.shown(gains)}; give a dict with {', '.join(ranges)} for {method}"
+        )
+    if method == OFFLINE:
+        acceleration, reserve = gains["acceleration"], gains["reserve"]
+        return Following(timed=True, acceleration=acceleration, reserve=reserve)
+    if method != "MPC":
         return getattr(reactive, REACTIVE[method])(**gains)
     # Imported here: CasADi takes long to load.
     from freeseg.trackers.mpc import Mpc
@@ -221,7 +266,9 @@ def load_gains(file: str | PathLike[str] = MOVERS_GAINS) -> dict[str, dict[str, 
     return {method: gains for (method,), gains in found.items()}
 
 
-def score_among_movers(law: Reactive, numbers: Iterable[int] = TRAINING_SCENES) -> float:
+def score_among_movers(
+    law: Reactive, numbers: Iterable[int] = TRAINING_SCENES, noise: float = SIGHT_NOISE
+) -> float:
     """Mean arrival of a law relative to the bound, where a failure counts `FAILED`.
 
     Parameters
@@ -230,6 +277,8 @@ def score_among_movers(law: Reactive, numbers: Iterable[int] = TRAINING_SCENES) 
         Law.
     numbers : iterable of int, optional
         Scenes; those in which nothing can arrive do not count.
+    noise : float, optional
+        As for `drive_all`; 0 for a law that is told how movers move.
 
     Returns
     -------
@@ -241,7 +290,8 @@ def score_among_movers(law: Reactive, numbers: Iterable[int] = TRAINING_SCENES) 
     InvalidParameter
         For what is no law, or numbers of no scene in which something can arrive.
     """
-    rows = [drive_all(number, {"law": law})[0] for number in numbers]
+    numbers = checks.sequence("numbers", numbers, "numbers of scenes")
+    rows = [drive_all(number, {"law": law}, noise)[0] for number in numbers]
     scores = [
         min(row["arrival_s"] / row["bound_s"], FAILED) if row["outcome"] == "arrived" else FAILED
         for row in rows
@@ -287,12 +337,12 @@ def bound(task: MovingTask) -> dict[str, Any]:
         ``possible``: ``"yes"``, ``"no"`` where it is proved that nothing arrives, ``"overrun"``
         where the robot is met at its start at once, ``"unknown"``; ``bound_s``,
         the arrival of the plan without a margin (NaN without one), and whether it
-        is ``proved`` that nothing can arrive earlier; ``static_s``, that of the shortest path
+        is ``proved`` that nothing arrives, which here means comes within `ARRIVED` of the
+        goal, before it by more than that way takes; ``static_s``, that of the shortest path
         among what stands, which is a bound for all. Both for a point that has its
         speed at once.
     """
     checks.instance("task", task, MovingTask, "one from random_task")
-    scene, start, goal, *_ = task
     found: dict[str, Any] = {
         "possible": "yes",
         "proved": False,
@@ -300,11 +350,16 @@ def bound(task: MovingTask) -> dict[str, Any]:
         "static_s": math.nan,
     }
     try:
-        found["static_s"] = shortest_path(scene.world, start, goal, margin=0).path.length / SPEED
-        plan = time_minimal_plan(scene, start, goal, SPEED, margin=0)
+        still = shortest_path(task.scene.world, task.start, task.goal, margin=0)
+        found["static_s"] = still.path.length / SPEED
+        arrival, proved = _earliest(task, task.scene)
+        if proved:
+            # What is beside the goal may be free earlier, where the last of the way is not.
+            relaxed, proved = _earliest(task, _relaxed(task, found["static_s"], arrival))
+            arrival = min(arrival, relaxed) if proved else arrival
         # Nothing is faster than the shortest path among what stands.
-        as_fast = plan.arrival <= found["static_s"] * (1 + SAME_TIME)
-        found |= {"bound_s": float(plan.arrival), "proved": bool(plan.proved or as_fast)}
+        as_fast = arrival <= found["static_s"] * (1 + SAME_TIME)
+        found |= {"bound_s": arrival, "proved": proved or as_fast}
     except NoPath:
         found["possible"] = "no"
     except InvalidQuery:
@@ -312,6 +367,32 @@ def bound(task: MovingTask) -> dict[str, Any]:
     except Trapped:
         found["possible"] = "unknown"
     return found
+
+
+def _earliest(task: MovingTask, scene: Scene) -> tuple[float, bool]:
+    """The earliest arrival (s) at a task's goal in a scene, without a margin, and its proof."""
+    plan = time_minimal_plan(scene, task.start, task.goal, SPEED, margin=0)
+    return float(plan.arrival), plan.proved
+
+
+def _relaxed(task: MovingTask, since: float, until: float) -> Scene:
+    """The scene in which none bars the last of the way, `ARRIVED` long, between two times.
+
+    Movers that come so near to the goal then are smaller by what they and the robot move meanwhile.
+    """
+    times = np.arange(since - ARRIVED / SPEED, until, TICK)
+    there = np.broadcast_to(task.goal, (len(times), 2))
+    # Between two times, one comes nearer by less than what it moves.
+    near = KheperaIV().radius + ARRIVED + task.ratio * SPEED * TICK
+    less, movers = ARRIVED * (1 + task.ratio), []
+    for mover in task.scene.movers:
+        if Scene(World([]), [mover]).distances(there, times).min() < near:
+            disc: Any = mover.obstacle
+            if disc.radius <= less:
+                continue
+            mover = replace(mover, obstacle=Disc(disc.center, disc.radius - less))
+        movers.append(mover)
+    return Scene(task.scene.world, movers)
 
 
 def drive_all(
@@ -331,7 +412,8 @@ def drive_all(
     Returns
     -------
     list of dict
-        A row a method: ``scene``, ``movers`` and ``ratio``; what `bound` says; ``method``;
+        A row a method: ``scene``, ``movers`` and ``ratio``; what `bound` says; ``method``, and the
+        ``noise_m`` with which it sees, none for `OFFLINE`;
         ``outcome``: ``"arrived"``, ``"collided"``, wherever it went then, ``"late"`` if it did not
         arrive within `LONGEST_DRIVE` or came no nearer for `PATIENCE` seconds, ``"gave up"`` if it
         refused to drive, and ``"not driven"`` if the robot was met at once; ``arrival_s`` and
@@ -340,14 +422,14 @@ def drive_all(
         the ones without a plan; ``median_ms`` and ``p95_ms`` of the processor time of its
         commands, and ``late``, how many took over `TICK`.
     """
-    given, noise = _check_methods(given), checks.not_negative("noise", noise)
+    given, noise = _check_methods(given), _check_noise(noise)
     task = random_task(number)
     head = {"scene": number, "movers": task.movers, "ratio": task.ratio} | bound(task)
     rows = []
     for name, law in given.items():
         told = 0.0 if name == OFFLINE else noise
         driven = {} if head["possible"] == "overrun" else _drive(law, task, number, told)
-        rows.append(head | {"method": name} | NOT_DRIVEN | driven)
+        rows.append(head | {"method": name, "noise_m": told} | NOT_DRIVEN | driven)
     return rows
 
 
@@ -358,11 +440,21 @@ def _check_methods(given: Any) -> Mapping[str, Reactive]:
     remedy = "a dict of name to law, such as moving.methods()"
     checks.instance("given", given, Mapping, remedy)  # type: ignore[type-abstract]
     for name, law in given.items():
-        if not starts(law):
+        try:
+            start = law.start if starts(law) else None
+            checks.function("start", start, "", None, None, None, None)
+        except InvalidParameter:
             raise InvalidParameter(
                 f"given has {checks.shown(law)} for {checks.shown(name)}; give {remedy}"
-            )
+            ) from None
     return given
+
+
+def _check_noise(noise: object) -> float:
+    """A noise (m) with which movers can still be seen."""
+    return checks.number(
+        "noise", noise, lambda found: 0 <= found <= SQUARE, f"a distance up to {SQUARE:g} m"
+    )
 
 
 def _drive(law: Reactive, task: MovingTask, number: int, noise: float) -> dict[str, Any]:
@@ -437,7 +529,7 @@ def compare(
         For what are no methods, no noise, or no numbers of scenes.
     """
     given = _check_methods(given)
-    function = partial(_drive_all, given=given, noise=checks.not_negative("noise", noise))
+    function = partial(_drive_all, given=given, noise=_check_noise(noise))
     rows = run(function, numbers, store, jobs=jobs, strict=True)
     return [{name: row[name] for name in FORM} for row in rows]
 
@@ -468,7 +560,8 @@ def summarise(
     rows : iterable of dict
         From `compare` or `load_drives`.
     by : tuple of str, optional
-        What makes a kind of scene: of ``"movers"`` and ``"ratio"``; none for all scenes at once.
+        What makes a kind of scene: of ``"movers"``, ``"ratio"`` and ``"noise_m"``; none for all at
+        once.
 
     Returns
     -------
@@ -492,9 +585,11 @@ def summarise(
         For what are no such rows, or another kind.
     """
     found = _checked(rows)
-    if not isinstance(by, tuple | list) or set(by) - {"movers", "ratio"}:
+    if not isinstance(by, tuple | list) or any(
+        name not in ("movers", "ratio", "noise_m") for name in by
+    ):
         raise InvalidParameter(
-            f"by is {checks.shown(by)}; give ('movers', 'ratio'), one of them, or none"
+            f"by is {checks.shown(by)}; give some of ('movers', 'ratio', 'noise_m'), or none"
         )
     groups: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for row in found:
@@ -605,7 +700,7 @@ class Beside(NamedTuple):
     delays: np.ndarray
 
 
-def beside(rows: Iterable[Mapping[str, Any]], rival: str = "re-planning") -> list[Beside]:
+def beside(rows: Iterable[Mapping[str, Any]], rival: str = ANEW) -> list[Beside]:
     """Each method beside one of them, in pairs.
 
     Parameters

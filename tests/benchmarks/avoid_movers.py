@@ -2,18 +2,19 @@
 
 Runs the study of `freeseg.studies.moving` on ``--count`` scenes, with ORCA as a further method,
 keeps its rows in the folder STORE, where a run that was stopped goes on, and prints tables.
-``--write`` runs nothing: it stores what STORE has so far in ``data/movers.npz``. Without a folder,
-it prints how long it takes to plan again among many movers, by the processor's own time;
-``--quick`` tries fewer. ``--tune`` searches the gains of MPC, ORCA and the reactive laws, all by
-the same search with as many evaluations, in scenes of their own, and stores them in
-``data/movers_gains.csv``: 45 minutes.
+``--write`` runs nothing: it stores what STORE has so far in ``data/movers.npz``. ``--noises``
+drives in some of the scenes with more noise, in another STORE, and writes
+``data/movers_noise.npz``. Without a folder, it prints how long it takes to plan again among many
+movers, by the processor's own time; ``--quick`` tries fewer. ``--tune`` searches the gains of the
+offline plan, MPC, ORCA and the reactive laws, all by the same search with as many evaluations, in
+scenes of their own, and stores them in ``data/movers_gains.csv``: 50 minutes.
 
 ORCA (J. van den Berg, S. Guy, M. Lin, D. Manocha, *ISRR* 2009; the package is in ``peers.txt``)
 chooses the velocity nearest to the wanted one that avoids all collisions within a time horizon.
 What stands it avoids by itself; of what moves, it takes it that every agent does its half of
-that. Movers here do not yield, and it is not told
-so: it finds out at the next step. Its robot has the margin of the others that plan, is told the
-estimates that they are told, and turns towards the velocity chosen as re-planning does.
+that. Movers here do not yield, and it is not told so: it finds out at the next step. Its robot
+has the margin of the others that plan, is told the estimates that they are told, and turns
+towards the velocity chosen as re-planning does.
 """
 
 import argparse
@@ -26,6 +27,7 @@ import numpy as np
 
 import freeseg as fs
 from freeseg.data import write_csv
+from freeseg.following import Following
 from freeseg.geometry import unit, wrap_angle
 from freeseg.reactive.sensing import check_drive, steer
 from freeseg.reference import SPEED
@@ -39,6 +41,9 @@ STANDING_CORNERS = 16
 
 #: Evaluations of a search, and its seed.
 BUDGET, SEED = 48, 19
+
+#: Scenes in which the noise is varied, and the methods for which it makes no difference.
+NOISY_SCENES, BLIND = 200, (moving.OFFLINE, "nothing")
 
 #: What searches begin with, besides the reactive laws' gains in worlds that stand still.
 FIRST = {
@@ -57,13 +62,14 @@ class Orca:
     margin: float = 2 * MARGIN
     steering: float = 6.0
     turn_rate: float = 3.0
+    noise: float = SIGHT_NOISE
 
     def start(self, scene, goal, robot, dt):
         """The law for one drive."""
         import pyrvo
 
         goal, robot = check_drive(scene, goal, robot, dt)
-        estimates = Estimates(scene, dt, SIGHT_NOISE, SPEED)
+        estimates = Estimates(scene, dt, self.noise, SPEED)
         others = len(scene.movers)
         radius = robot.radius + self.margin / 2
         simulator = pyrvo.RVOSimulator(
@@ -149,13 +155,15 @@ def law_with(method, gains):
 def tune(budget=BUDGET):
     """Search the gains of all that have some, print what they score, and store them."""
     ranges, rows = moving.MOVERS_RANGES | moving.PEER_RANGES, []
+    standing = reacting.load_laws()["random"]
     for method in ranges:
-        standing = reacting.load_laws()["random"].get(method)
-        first = FIRST.get(method) or {gain: getattr(standing, gain) for gain in ranges[method]}
+        law = Following() if method == moving.OFFLINE else standing.get(method)
+        first = FIRST.get(method) or {gain: getattr(law, gain) for gain in ranges[method]}
+        noise = 0.0 if method == moving.OFFLINE else SIGHT_NOISE
 
-        def cost(gains, method=method):
+        def cost(gains, method=method, noise=noise):
             try:
-                return moving.score_among_movers(law_with(method, gains))
+                return moving.score_among_movers(law_with(method, gains), noise=noise)
             except fs.InvalidParameter:
                 # Such as thresholds in the wrong order.
                 return math.inf
@@ -203,6 +211,7 @@ def main():
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--tune", action="store_true")
+    parser.add_argument("--noises", action="store_true")
     told = parser.parse_args()
     if told.quick:
         print_ticks((10,), 1, 3)
@@ -214,11 +223,20 @@ def main():
     if told.store is None:
         print_ticks()
         return
+    given = moving.methods() | {"ORCA": Orca(**moving.load_gains()["ORCA"])}
+    if told.noises:
+        count = min(told.count, NOISY_SCENES)
+        seeing = {name: law for name, law in given.items() if name not in BLIND}
+        rows = []
+        for noise in moving.NOISES:
+            laws, folder = moving.told_noise(seeing, noise), f"{told.store}/{1000 * noise:g}_mm"
+            rows += moving.compare(range(count), laws, noise, store=folder)
+        moving.save_drives(rows, moving.NOISY_DRIVES)
+        return
     if told.write:
         rows = store.load(told.store).to_table().to_pylist()
         moving.save_drives(rows)
     else:
-        given = moving.methods() | {"ORCA": Orca(**moving.load_gains()["ORCA"])}
         rows = moving.compare(range(told.count), given, store=told.store)
     print_tables(rows)
 
