@@ -73,7 +73,7 @@ STRAIGHT, RIDE = 0, 1
 WAIT, SINCE, UNTIL, END_X, END_Y, ONE, OTHER, SIDE, SHAPE = range(9)
 
 #: Column of the second row of numbers of a wall: how long its edge is (m).
-LENGTH = 4
+EDGE_LENGTH = 4
 
 #: Kinds of waits: the corner of two discs, or of a disc and an edge; what leaves the goal last.
 CORNER, WALL, RELEASE = 0, 1, 2
@@ -524,7 +524,7 @@ def spare(field, wait, t):
         # Beyond its ends an edge has corners, which are discs.
         b = wait[SHAPE + 6 :]
         along = (x - b[X]) * b[U] + (y - b[Y]) * b[W]
-        nearest = min(nearest, (min(along, b[LENGTH] - along) + CLOSER) / field.speed)
+        nearest = min(nearest, (min(along, b[EDGE_LENGTH] - along) + CLOSER) / field.speed)
     return nearest
 
 

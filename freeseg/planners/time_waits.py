@@ -15,10 +15,10 @@ import numpy as np
 
 from freeseg.planners.time_search import (
     CORNER,
+    EDGE_LENGTH,
     END_X,
     END_Y,
     GROWTH,
-    LENGTH,
     ONE,
     OTHER,
     RADIUS,
@@ -134,7 +134,7 @@ def _walls(field: Field, latest: float) -> np.ndarray:
     found[:, SHAPE : SHAPE + 6] = field.disc[disc]
     found[:, SHAPE + 6 : SHAPE + 8] = edge[:, :2] + keep[:, None] * across
     found[:, SHAPE + 6 + U : SHAPE + 6 + W + 1] = along
-    found[:, SHAPE + 6 + LENGTH] = length
+    found[:, SHAPE + 6 + EDGE_LENGTH] = length
     offset = field.disc[disc, :2] - found[:, SHAPE + 6 : SHAPE + 8]
     offset = (offset * across).sum(-1, keepdims=True) * [1, 0]
     drift = (field.disc[disc, U : W + 1] * across).sum(-1, keepdims=True) * [1, 0]

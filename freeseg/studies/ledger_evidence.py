@@ -59,8 +59,8 @@ ONE_IN = 1000
 #: How much stronger than usual a cause of failures is, that a robust law stands.
 STRONGER = 4.0
 
-#: What plans among movers anew for every command, and what looks at none of them.
-ANEW, BLIND = "re-planning", "nothing"
+#: What looks at no movers.
+BLIND = "nothing"
 
 #: Radii R_D (m) that the literal reading is tried with, besides R_r + delta / 2, as in notebook 07.
 LITERAL_RADII = np.arange(75, 146, 10) / 1000
@@ -415,8 +415,8 @@ def _used_up(tail: Tail) -> float:
 
 def _movers(rows: list[dict[str, Any]]) -> dict[str, Any]:
     by_method = {row["method"]: row for row in moving.summarise(rows, by=())}
-    anew, blind = by_method[ANEW], by_method[BLIND]
-    beside = {one.method: one.arrivals for one in moving.beside(rows, ANEW)}
+    anew, blind = by_method[moving.ANEW], by_method[BLIND]
+    beside = {one.method: one.arrivals for one in moving.beside(rows)}
     return {
         "scenes": blind["scenes"] - blind["impossible"],
         "movers": _ends([row["movers"] for row in rows]),

@@ -43,7 +43,7 @@ STANDING_CORNERS = 16
 BUDGET, SEED = 48, 19
 
 #: Scenes in which the noise is varied, and the methods for which it makes no difference.
-NOISY_SCENES, BLIND = 200, (moving.OFFLINE, "nothing")
+NOISY_SCENES, UNSEEING = 200, (moving.OFFLINE, "nothing")
 
 #: What searches begin with, besides the reactive laws' gains in worlds that stand still.
 FIRST = {
@@ -226,7 +226,7 @@ def main():
     given = moving.methods() | {"ORCA": Orca(**moving.load_gains()["ORCA"])}
     if told.noises:
         count = min(told.count, NOISY_SCENES)
-        seeing = {name: law for name, law in given.items() if name not in BLIND}
+        seeing = {name: law for name, law in given.items() if name not in UNSEEING}
         rows = []
         for noise in moving.NOISES:
             laws, folder = moving.told_noise(seeing, noise), f"{told.store}/{1000 * noise:g}_mm"
