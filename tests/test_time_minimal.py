@@ -278,6 +278,52 @@ def test_a_corner_of_two_that_part_is_ridden_until_it_is_too_fast():
     assert_allclose(velocity[0], (SPEED, 0), atol=1e-6)
 
 
+@pytest.mark.parametrize("seed", [37, 40, 122, 173, 373])
+def test_a_slide_that_ends_in_a_notch_is_left_before(seed):
+    # Small discs reach a few millimetres out of a large one, and nothing else matters.
+    rng = np.random.default_rng(seed)
+    size, center = rng.uniform(0.2, 0.5), np.array([1.0, rng.normal(0, 0.1)])
+    discs = [fs.Disc(center, size)]
+    for _ in range(6):
+        radius = rng.uniform(0.02, 0.15)
+        heading = rng.uniform(-np.pi, np.pi)
+        off = size - radius + rng.uniform(0.0005, 0.01)
+        discs.append(fs.Disc(center + off * np.array([np.cos(heading), np.sin(heading)]), radius))
+    far = fs.Mover(fs.Disc((8, 8), 0.1), (0, 0.1))
+    shortest = fs.shortest_path(fs.World(discs), (0, 0), (2, 0)).path.length
+    plan = fs.time_minimal_plan(fs.Scene(fs.World(discs), [far]), (0, 0), (2, 0), SPEED)
+    assert plan.proved
+    assert plan.arrival * SPEED == pytest.approx(shortest, rel=1e-9)
+
+
+@pytest.mark.parametrize(("off", "wider"), [(0, 0), (1e-9, 0), (1e-6, 0), (1e-5, 0), (0, 1e-6)])
+@pytest.mark.parametrize("others", [0, 8])
+def test_a_corner_of_two_that_pass_through_each_other_changes_sides(off, wider, others):
+    # Two doors on one lane part before a gap. Many others are far away, for what is compiled.
+    walls = [fs.Polygon([(0.98, s * 0.15), (1.02, s * 0.15), (1.02, s * 1.5), (0.98, s * 1.5)])
+             for s in (1, -1)]  # fmt: skip
+    doors = [
+        fs.Mover(fs.Disc((1, -0.24), 0.25), (0, 0.08)),
+        fs.Mover(fs.Disc((1 + off, 0.24), 0.25 + wider), (0, -0.08)),
+    ]
+    far = [fs.Mover(fs.Disc((5 + k, 5), 0.1), (0, 0.1)) for k in range(others)]
+    plan = fs.time_minimal_plan(fs.Scene(fs.World(walls), [*doors, *far]), (0, 0), (2, 0), 0.3)
+    # They are apart, but for the robot, when their centres are twice that; it waits close by.
+    opens = 3 + (0.25 + KEEP) / 0.08
+    assert opens < plan.arrival - 1 / 0.3 < opens + 0.2
+
+
+def test_waits_are_looked_for_without_a_limit_where_there_is_no_way_without_them():
+    # One slow mover passes the only gap, and the robot behind it.
+    x, wide = 0.631, 0.2106
+    boxes = [fs.Polygon([(x, s * wide), (x + 0.08, s * wide), (x + 0.08, s * 0.8), (x, s * 0.8)])
+             for s in (1, -1)]  # fmt: skip
+    world = fs.World(boxes, boundary=[(-0.4, -0.8), (2.4, -0.8), (2.4, 0.8), (-0.4, 0.8)])
+    mover = fs.Mover(fs.Disc((0.3938, -0.0255), 0.1891), (0.0336, 0.0029))
+    plan = fs.time_minimal_plan(fs.Scene(world, [mover]), (0, 0), (2, 0), 0.3)
+    assert plan.arrival < 20.98
+
+
 def test_what_is_not_proved_is_named():
     apart = [fs.Mover(fs.Disc((1, s), 0.3), velocity=(0, -0.1 * s)) for s in (-1.5, 1.5)]
     plan = fs.time_minimal_plan(fs.Scene(EMPTY, apart), (0, 0), (2.5, 0), SPEED)

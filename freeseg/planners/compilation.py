@@ -34,7 +34,8 @@ def compiled(module: ModuleType) -> ModuleType:
         if not isinstance(thing, FunctionType):
             continue
         if thing.__module__ == copy.__name__:
-            setattr(copy, name, njit(cache=True)(thing))
+            # Divided by zero, numbers are as in NumPy: infinite or NaN.
+            setattr(copy, name, njit(cache=True, error_model="numpy")(thing))
         elif thing.__module__.startswith(f"{__package__}."):
             setattr(copy, name, getattr(compiled(sys.modules[thing.__module__]), name))
     return copy

@@ -307,7 +307,8 @@ def graze(field, x, y, t, j, sense):
     dx, dy, r = cx + u * t - x, cy + w * t - y, sense * (radius + g * t)
     squared = dx * dx + dy * dy
     rest = squared - r * r
-    if rest < -2 * CLOSER * abs(r) or squared == 0:
+    # A slide that ends at the disc is closer by what its end is found to, which is as much.
+    if rest < -8 * CLOSER * abs(r) or squared == 0:
         return 0.0, 0.0, -1.0, 0.0, 0.0
     length = math.sqrt(max(rest, 0.0))
     ex, ey = (length * dx + r * dy) / squared, (length * dy - r * dx) / squared

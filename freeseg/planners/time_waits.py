@@ -19,6 +19,7 @@ from freeseg.planners.time_search import (
     END_X,
     END_Y,
     GROWTH,
+    LEAST,
     ONE,
     OTHER,
     RADIUS,
@@ -42,6 +43,9 @@ WAIT_COLUMNS = SHAPE + 12
 
 #: Corners are looked at so many times, closer to each other towards both ends.
 CORNER_LOOKS = 120
+
+#: Centres so near (m) to each other meet.
+MEET = 1e-7
 
 #: When a corner is as fast as the robot is found by halving an interval so often.
 HALVINGS = 60
@@ -116,7 +120,15 @@ def _corners(field: Field, latest: float) -> np.ndarray:
     found = np.zeros((len(one), WAIT_COLUMNS))
     found[:, WAIT], found[:, ONE], found[:, OTHER] = CORNER, one, other
     found[:, SHAPE : SHAPE + 6], found[:, SHAPE + 6 :] = disc[one], disc[other]
-    return _rides(field, found, first, last, latest, corner_at)
+    # Where their centres are nearest, corners change sides, in no time if they all but meet.
+    pace = np.maximum(np.hypot(*drift.T), LEAST)
+    nearest = -(offset * drift).sum(-1) / pace**2
+    meet = np.hypot(*(offset + nearest[:, None] * drift).T) < MEET
+    before, after = nearest - MEET / pace, nearest + MEET / pace
+    found, nearest = (np.concatenate([each, each[meet]]) for each in (found, nearest))
+    first = np.concatenate([first, np.maximum(first, after)[meet]])
+    last = np.concatenate([np.where(meet, np.minimum(last, before), last), last[meet]])
+    return _rides(field, found, first, last, latest, corner_at, nearest)
 
 
 def _walls(field: Field, latest: float) -> np.ndarray:
@@ -139,16 +151,16 @@ def _walls(field: Field, latest: float) -> np.ndarray:
     offset = (offset * across).sum(-1, keepdims=True) * [1, 0]
     drift = (field.disc[disc, U : W + 1] * across).sum(-1, keepdims=True) * [1, 0]
     first, last = meeting(offset, drift, field.disc[disc, RADIUS], field.disc[disc, GROWTH])
-    return _rides(field, found, first, last, latest, wall_at)
+    return _rides(field, found, first, last, latest, wall_at, first)
 
 
 def _within_reach(field: Field, latest: float) -> tuple[np.ndarray, np.ndarray]:
     """From when until when a robot that arrives in time can touch each disc."""
     since, until = np.zeros(len(field.disc)), np.full(len(field.disc), latest)
-    for end, reach, pace in (
-        (field.start, 0.0, field.speed),
-        (field.disc[0, :2], field.speed * latest, -field.speed),
-    ):
+    ends = [(field.start, 0.0, field.speed)]
+    if np.isfinite(latest):
+        ends.append((field.disc[0, :2], field.speed * latest, -field.speed))
+    for end, reach, pace in ends:
         # Where the robot can be at a time is a disc that grows, and then shrinks.
         first, last = meeting(
             field.disc[:, :2] - end,
@@ -167,21 +179,26 @@ def _rides(
     last: np.ndarray,
     latest: float,
     place: _Place,
+    fastest: np.ndarray,
 ) -> np.ndarray:
-    """Rides on corners that are there from `first` until `last`, to where they are too fast."""
+    """Rides on corners that are there from `first` until `last`, to where they are too fast.
+
+    Each is looked at also at the time when it can be fastest in between.
+    """
     ends = last[np.isfinite(last)]
     horizon = latest if np.isfinite(latest) else ends.max(initial=0.0)
-    near = _within_reach(field, horizon)
+    near = _within_reach(field, latest)
     first, gone = np.maximum(first, near[0][found[:, ONE].astype(int)]), last
     last = np.minimum(np.minimum(last, near[1][found[:, ONE].astype(int)]), horizon)
     is_end = last == gone
     there = first < last
-    found, first, last, is_end = (
-        np.concatenate([one[there]] * 2) for one in (found, first, last, is_end)
+    found, first, last, is_end, fastest = (
+        np.concatenate([one[there]] * 2) for one in (found, first, last, is_end, fastest)
     )
     found[:, SIDE] = np.repeat([1, -1], len(found) // 2)
     share = (1 - np.cos(np.linspace(0, np.pi, CORNER_LOOKS))) / 2
     t = first[:, None] + (last - first)[:, None] * share
+    t = np.sort(np.column_stack([t, np.clip(fastest, first, last)]), 1)
     slow = _is_slow(field, found, t, place)
     # In the end it is infinitely fast.
     slow[:, -1] &= ~is_end
@@ -191,11 +208,11 @@ def _rides(
     if not len(row):
         return found[:0]
     # The look at which it began to be slow.
-    begin = np.where(slow, 0, np.arange(CORNER_LOOKS)[None])
+    begin = np.where(slow, 0, np.arange(slow.shape[1])[None])
     begin = np.maximum.accumulate(begin, 1)[row, end]
     begin_is_slow = slow[row, begin]
     found, t_row = found[row], t[row]
-    each, fast = np.arange(len(row)), np.minimum(end + 1, CORNER_LOOKS - 1)
+    each, fast = np.arange(len(row)), np.minimum(end + 1, CORNER_LOOKS)
     until = _change(field, found, t_row[each, end], t_row[each, fast], place)
     since = _change(field, found, t_row[each, begin + 1 - begin_is_slow], t_row[each, begin], place)
     found[:, SINCE], found[:, UNTIL] = np.where(begin_is_slow, t_row[each, begin], since), until
