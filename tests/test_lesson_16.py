@@ -1,9 +1,12 @@
 """Lesson 16, its own lines: grazing, sliding, leaving, and the closed form."""
 
+import re
+
 import numpy as np
 import pytest
 from lessons import definitions, lesson
 from numpy.testing import assert_allclose
+from refresh_notebooks import NOTEBOOKS
 
 import freeseg as fs
 from freeseg.geometry import unit
@@ -81,6 +84,18 @@ def test_stored_rivals_are_of_the_scenes_that_their_numbers_give():
     for row in rows[:: len(rows) // 10]:
         scene = crossings.random_crossing(row["seed"])
         assert (len(scene.movers), len(scene.world)) == (row["movers"], row["still"])
+
+
+def test_the_robot_of_the_animation_waits():
+    source = (NOTEBOOKS / f"{STEM}.ipynb").read_text(encoding="utf-8")
+    (seed,) = re.findall(r"animate_plan\(crossings\.plan_crossing\((\d+)\)", source)
+    plan = crossings.plan_crossing(int(seed))
+    t = np.linspace(0, plan.arrival, 1000)
+    slow = np.hypot(*plan.path.at(t)[1]) < crossings.CROSSING_SPEED / 3
+    assert slow.mean() > 0.2
+    # To the last, and on the rim of what covers the goal until then.
+    assert slow[-2]
+    assert plan.scene.distances(crossings.CROSSING_GOAL, 0.9 * plan.arrival).min() < 0.0729
 
 
 def test_rivals_are_judged_by_the_best_of_them():

@@ -257,7 +257,7 @@ def _check_mover(mover: Mover, name: str, speed: float) -> None:
     pace = math.hypot(*np.asarray(mover.velocity)) + mover.growth
     if pace > speed * (1 - FASTER):
         raise InvalidParameter(
-            f"speed is {speed:g} m/s, and {name} is as fast, with {pace:g} m/s; give a higher "
+            f"speed is {speed:g} m/s, and {name} is no slower, with {pace:g} m/s; give a higher "
             "speed, for a robot that is slower than an obstacle is beyond this planner"
         )
 

@@ -70,7 +70,10 @@ TRAINING_SCENES = range(100_000, 100_024)
 MOVERS_RANGES = {
     OFFLINE: {"acceleration": (0.05, 1.0), "reserve": (0.002, 0.1)},
     "MPC": {"horizon": (10.0, 60.0), "keep_out": (10.0, 10_000.0)},
-} | {name: GAIN_RANGES[law] for name, law in REACTIVE.items()}
+    **{name: GAIN_RANGES[law] for name, law in REACTIVE.items()},
+    # With what is its own where nothing moves, it would creep to the goal.
+    "VFH+": GAIN_RANGES[REACTIVE["VFH+"]] | {"approach": (0.3, 10.0)},
+}
 
 #: The same of ORCA, which tests/benchmarks/avoid_movers.py drives: the time (s) that it foresees,
 #: among what moves and beside what stands, and its steering.

@@ -95,7 +95,7 @@ class Orca:
                 simulator.set_agent_radius(agent, mover.obstacle.radius)
             to = goal - pose[:2]
             left = math.hypot(*to)
-            wanted = to / left * min(SPEED, 2 * left) if left else to
+            wanted = to / left * min(SPEED, left / dt) if left else to
             simulator.set_agent_position(0, tuple(pose[:2]))
             simulator.set_agent_velocity(0, velocity_now)
             simulator.set_agent_pref_velocity(0, tuple(wanted))
