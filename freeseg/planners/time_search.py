@@ -68,8 +68,8 @@ ON, LEAVING, MX, MY, MV, MW, WHEN, LASTS, ONTO, TO_SENSE, TOUCH, KIND = range(12
 STRAIGHT, RIDE = 0, 1
 
 #: Columns of waits: what they are; from when until when (s) the robot can ride there, and where
-#: that ends (m); the discs that meet there, or -1; which of two corners it is; and from here on
-#: two rows of numbers that say where it is, as for `wait_at`.
+#: that ends (m); the discs that meet there, or -1, or -2 less the number of a wall's edge; which of
+#: two corners it is; and from here on two rows of numbers that say where it is, as for `wait_at`.
 WAIT, SINCE, UNTIL, END_X, END_Y, ONE, OTHER, SIDE, SHAPE = range(9)
 
 #: Column of the second row of numbers of a wall: how long its edge is (m).
@@ -90,7 +90,7 @@ THERE = 3e-8
 #: A place of a rim is met by a corner at so many times that are looked at.
 MEETINGS = 8
 
-#: A ride is looked at in steps of at least this share of it.
+#: A ride is looked at in steps of at least this share of it, or of the straight way to the goal.
 RIDE_STEP = 1e-3
 
 
@@ -455,9 +455,13 @@ def ride(field, labels, a, moves, count, heap):
 def free_parts(field):
     """The waits, cut to the parts in which nothing is in the way, and to where others begin."""
     parts, count = np.empty((64, field.wait.shape[1])), 0
+    x_left, y_left = field.start[0] - field.disc[TARGET, X], field.start[1] - field.disc[TARGET, Y]
+    far = math.hypot(x_left, y_left)
     for k in range(len(field.wait)):
         wait = field.wait[k]
         least = RIDE_STEP * (wait[UNTIL] - wait[SINCE])
+        if far > 0:
+            least = min(least, RIDE_STEP * far / field.speed)
         before = t = since = wait[SINCE]
         was_free = is_free = spare(field, wait, t) >= 0
         while True:
@@ -476,6 +480,11 @@ def free_parts(field):
             before = t
             t = min(t + max(abs(spare(field, wait, t)), least), wait[UNTIL])
             is_free = spare(field, wait, t) >= 0
+    return cut_at_beginnings(parts, count)
+
+
+def cut_at_beginnings(parts, count):
+    """So many parts of rides, and each of them up to where another one begins on it."""
     more = count
     for k in range(count):
         for m in range(count):
@@ -519,8 +528,9 @@ def spare(field, wait, t):
             pace = math.hypot(field.disc[j, U], field.disc[j, W]) + field.disc[j, GROWTH]
             nearest = min(nearest, (gap + CLOSER) / (field.speed + pace))
     for e in range(len(field.keep)):
-        gap, _ = gap_to(field, x, y, 0.0, 0.0, t, -1, e)
-        nearest = min(nearest, (gap + CLOSER) / field.speed)
+        if e != -2 - int(wait[OTHER]):
+            gap, _ = gap_to(field, x, y, 0.0, 0.0, t, -1, e)
+            nearest = min(nearest, (gap + CLOSER) / field.speed)
     if wait[WAIT] == WALL:
         # Beyond its ends an edge has corners, which are discs.
         b = wait[SHAPE + 6 :]

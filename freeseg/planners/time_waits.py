@@ -8,6 +8,7 @@ last time the corner moves as the slides on both discs do. Another disc may cut 
 or the edge of a wall end: from there, the corner that begins there leads on.
 """
 
+import math
 from collections.abc import Callable
 from types import ModuleType
 
@@ -46,6 +47,9 @@ CORNER_LOOKS = 120
 
 #: Centres so near (m) to each other meet.
 MEET = 1e-7
+
+#: Where no way is known, rides are looked for so many times as long as the straight way takes.
+EVER = 1000
 
 #: When a corner is as fast as the robot is found by halving an interval so often.
 HALVINGS = 60
@@ -142,7 +146,8 @@ def _walls(field: Field, latest: float) -> np.ndarray:
     along /= length[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], -1)
     found = np.zeros((len(disc), WAIT_COLUMNS))
-    found[:, WAIT], found[:, ONE], found[:, OTHER] = WALL, disc, -1
+    number = np.tile(np.repeat(np.arange(len(field.keep)), 2), len(moving))
+    found[:, WAIT], found[:, ONE], found[:, OTHER] = WALL, disc, -2 - number
     found[:, SHAPE : SHAPE + 6] = field.disc[disc]
     found[:, SHAPE + 6 : SHAPE + 8] = edge[:, :2] + keep[:, None] * across
     found[:, SHAPE + 6 + U : SHAPE + 6 + W + 1] = along
@@ -186,7 +191,10 @@ def _rides(
     Each is looked at also at the time when it can be fastest in between.
     """
     ends = last[np.isfinite(last)]
-    horizon = latest if np.isfinite(latest) else ends.max(initial=0.0)
+    far = math.dist(field.start, field.disc[0, :2]) or 1.0
+    # What drives along an edge, but for round-off, never leaves it.
+    ever = min(ends.max(initial=0.0), EVER * far / field.speed)
+    horizon = latest if np.isfinite(latest) else ever
     near = _within_reach(field, latest)
     first, gone = np.maximum(first, near[0][found[:, ONE].astype(int)]), last
     last = np.minimum(np.minimum(last, near[1][found[:, ONE].astype(int)]), horizon)
