@@ -28,7 +28,8 @@ DOCKING = 0.03
 #: rate (rad/s).
 APPROACH, STEERING, TURN_RATE = 2.0, 4.0, 3.0
 
-#: An acceleration that makes a timed reference turn faster than that is halved, so often at most.
+#: Accelerations that are tried for a timed reference which turns faster than that, each half of the
+#: one before.
 GENTLER = 3
 
 #: How fast a robot turns in place before it follows (rad/s), and by what angle (rad) it need not.

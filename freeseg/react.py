@@ -11,12 +11,11 @@ from freeseg import checks
 from freeseg.disturbance import Disturbance
 from freeseg.errors import InvalidParameter, InvalidQuery, Trapped
 from freeseg.planners.query import check_free
-from freeseg.reactive.sensing import Reactive
+from freeseg.reactive.sensing import Reactive, is_reactive
 from freeseg.reference import MOST_STEPS
 from freeseg.robot import Robot, as_robot
 from freeseg.scene import check_scene
 from freeseg.simulate import Run, drive
-from freeseg.trackers.feedback import starts
 from freeseg.world import as_points, as_position, round_off
 
 #: Largest distance (m) between the points of a run at which its clearance is measured.
@@ -156,15 +155,12 @@ def _first_pose(start, goal):
 
 def _start(reactive, scene, goal, robot, dt):
     """The law that gains start; `InvalidParameter` for what is no reactive law."""
-    start = reactive.start if starts(reactive) else None
-    try:
-        checks.function("start", start, "", scene, goal, robot, dt)
-    except InvalidParameter:
+    if not is_reactive(reactive):
         raise InvalidParameter(
             f"reactive is {checks.shown(reactive)}; give one, such as PotentialField(), with "
             "start(scene, goal, robot, dt) -> law"
-        ) from None
-    return start(scene, goal, robot, dt)
+        )
+    return reactive.start(scene, goal, robot, dt)
 
 
 def _end(goal, first, tolerance, patience):

@@ -12,9 +12,8 @@ from export_ledger import exports
 
 import freeseg as fs
 from freeseg.data import DATA
-from freeseg.studies import comparing, ledger, ledger_evidence, ledger_export
+from freeseg.studies import comparing, ledger, ledger_evidence, ledger_export, moving
 from freeseg.studies.ledger_evidence import (
-    BLIND,
     FAR,
     HARSH,
     OUR_LAW,
@@ -235,7 +234,7 @@ MUTATIONS = {
     ],
     "movers": [
         # Nobody has to look at movers.
-        where("method", BLIND, outcome="arrived", arrival_s=20.0),
+        where("method", moving.BLIND, outcome="arrived", arrival_s=20.0),
     ],
     # A rival is earlier than what is proved to be the earliest.
     "crossings": [where("proved", 1, grid=0.9)],

@@ -463,7 +463,8 @@ def free_parts(field):
         if far > 0:
             least = min(least, RIDE_STEP * far / field.speed)
         before = t = since = wait[SINCE]
-        was_free = is_free = spare(field, wait, t) >= 0
+        room = spare(field, wait, t)
+        was_free = is_free = room >= 0
         while True:
             if is_free != was_free or (t >= wait[UNTIL] and is_free):
                 change = t if is_free == was_free else turn(field, wait, before, t, was_free)
@@ -478,8 +479,9 @@ def free_parts(field):
             if t >= wait[UNTIL]:
                 break
             before = t
-            t = min(t + max(abs(spare(field, wait, t)), least), wait[UNTIL])
-            is_free = spare(field, wait, t) >= 0
+            t = min(t + max(abs(room), least), wait[UNTIL])
+            room = spare(field, wait, t)
+            is_free = room >= 0
     return cut_at_beginnings(parts, count)
 
 

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freeseg import checks
+from freeseg.errors import InvalidParameter
 from freeseg.geometry import TINY, cross, point_segment_distance, unit
 from freeseg.planners.query import check_free
 from freeseg.robot import Robot, as_robot
 from freeseg.scene import Scene, check_scene
-from freeseg.trackers.feedback import Law
+from freeseg.trackers.feedback import Law, starts
 from freeseg.world import World, as_position
 
 #: Rays of a range scan, equally spaced: one every three degrees.
@@ -86,6 +87,16 @@ def outlines_of(scene: World | Scene) -> Callable[[float], Outlines]:
         return Outlines(world.edges, radii, world.first_edge)
 
     return lambda t: outlines(scene.at(t))
+
+
+def is_reactive(law: Any) -> bool:
+    """Whether gains start a law from a scene, a goal, a robot and a time step."""
+    start = law.start if starts(law) else None
+    try:
+        checks.function("start", start, "", None, None, None, None)
+    except InvalidParameter:
+        return False
+    return True
 
 
 def check_drive(

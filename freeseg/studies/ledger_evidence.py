@@ -59,9 +59,6 @@ ONE_IN = 1000
 #: How much stronger than usual a cause of failures is, that a robust law stands.
 STRONGER = 4.0
 
-#: What looks at no movers.
-BLIND = "nothing"
-
 #: Radii R_D (m) that the literal reading is tried with, besides R_r + delta / 2, as in notebook 07.
 LITERAL_RADII = np.arange(75, 146, 10) / 1000
 
@@ -415,7 +412,7 @@ def _used_up(tail: Tail) -> float:
 
 def _movers(rows: list[dict[str, Any]]) -> dict[str, Any]:
     by_method = {row["method"]: row for row in moving.summarise(rows, by=())}
-    anew, blind = by_method[moving.ANEW], by_method[BLIND]
+    anew, blind = by_method[moving.ANEW], by_method[moving.BLIND]
     beside = {one.method: one.arrivals for one in moving.beside(rows)}
     return {
         "scenes": blind["scenes"] - blind["impossible"],
@@ -426,7 +423,7 @@ def _movers(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "anew_arrives": anew["arrived"],
         "anew_later": tuple(anew[f"delay{end}"] for end in ("", "_low", "_high")),
         # How many fewer arrivals without a look at movers: ends of the simultaneous interval.
-        "fewer": beside[BLIND],
+        "fewer": beside[moving.BLIND],
     }
 
 

@@ -23,7 +23,7 @@ from freeseg.geometry import unit
 from freeseg.planners import shortest_path, time_minimal_plan
 from freeseg.random_worlds import SIZES
 from freeseg.react import ARRIVED, react
-from freeseg.reactive.sensing import Reactive
+from freeseg.reactive.sensing import Reactive, is_reactive
 from freeseg.reference import SPEED
 from freeseg.replanning import SIGHT_NOISE, Replanning, observe
 from freeseg.robot import KheperaIV
@@ -31,7 +31,6 @@ from freeseg.scene import Mover, Scene
 from freeseg.studies.reacting import FAILED, GAIN_RANGES, PATIENCE, REACTIVE, read_gains
 from freeseg.studies.runner import run
 from freeseg.studies.statistics import Difference, Share, differences, interval, share
-from freeseg.trackers.feedback import starts
 from freeseg.world import Disc, World
 
 #: Side of the square that movers cross (m), what stands in it, and how far before and behind it the
@@ -47,8 +46,8 @@ TICK, LONGEST_DRIVE = 0.05, 40.0
 #: The method that knows how movers move, which is told their velocities.
 OFFLINE = "time-minimal, offline"
 
-#: The method that plans at every step.
-ANEW = "re-planning"
+#: The method that plans at every step, and the one that looks at no movers.
+ANEW, BLIND = "re-planning", "nothing"
 
 #: What `possible` says of scenes that are counted apart.
 IMPOSSIBLE = "no", "overrun"
@@ -183,12 +182,8 @@ def methods() -> dict[str, Reactive]:
         own accelerations.
     """
     gains = load_gains()
-    return {
-        OFFLINE: with_gains(OFFLINE, gains[OFFLINE]),
-        ANEW: Replanning(),
-        **{name: with_gains(name, gains[name]) for name in MOVERS_RANGES if name != OFFLINE},
-        "nothing": Following(),
-    }
+    tuned = {name: with_gains(name, gains[name]) for name in MOVERS_RANGES}
+    return {OFFLINE: tuned[OFFLINE], ANEW: Replanning()} | tuned | {BLIND: Following()}
 
 
 def told_noise(given: Mapping[str, Reactive], noise: float) -> dict[str, Reactive]:
@@ -358,8 +353,10 @@ def bound(task: MovingTask) -> dict[str, Any]:
         arrival, proved = _earliest(task, task.scene)
         if proved:
             # What is beside the goal may be free earlier, where the last of the way is not.
-            relaxed, proved = _earliest(task, _relaxed(task, found["static_s"], arrival))
-            arrival = min(arrival, relaxed) if proved else arrival
+            relaxed = _relaxed(task, found["static_s"], arrival)
+            if relaxed is not task.scene:
+                eased, proved = _earliest(task, relaxed)
+                arrival = min(arrival, eased) if proved else arrival
         # Nothing is faster than the shortest path among what stands.
         as_fast = arrival <= found["static_s"] * (1 + SAME_TIME)
         found |= {"bound_s": arrival, "proved": proved or as_fast}
@@ -379,22 +376,26 @@ def _earliest(task: MovingTask, scene: Scene) -> tuple[float, bool]:
 
 
 def _relaxed(task: MovingTask, since: float, until: float) -> Scene:
-    """The scene in which none bars the last of the way, `ARRIVED` long, between two times.
+    """A scene in which none bars the last of the way, `ARRIVED` long, between two times.
 
-    Movers that come so near to the goal then are smaller by what they and the robot move meanwhile.
+    It is the task's own where none does. Movers that come so near to the goal then are smaller by
+    what they and the robot move meanwhile.
     """
     times = np.arange(since - ARRIVED / SPEED, until, TICK)
     there = np.broadcast_to(task.goal, (len(times), 2))
     # Between two times, one comes nearer by less than what it moves.
     near = KheperaIV().radius + ARRIVED + task.ratio * SPEED * TICK
+    gaps = Scene(World([]), task.scene.movers).distances(there, times)
+    bars = gaps.min(0, initial=np.inf) < near
+    if not bars.any():
+        return task.scene
     less, movers = ARRIVED * (1 + task.ratio), []
-    for mover in task.scene.movers:
-        if Scene(World([]), [mover]).distances(there, times).min() < near:
-            disc: Any = mover.obstacle
-            if disc.radius <= less:
-                continue
-            mover = replace(mover, obstacle=Disc(disc.center, disc.radius - less))
-        movers.append(mover)
+    for mover, is_barring in zip(task.scene.movers, bars, strict=True):
+        disc: Any = mover.obstacle
+        if not is_barring:
+            movers.append(mover)
+        elif disc.radius > less:
+            movers.append(replace(mover, obstacle=Disc(disc.center, disc.radius - less)))
     return Scene(task.scene.world, movers)
 
 
@@ -443,13 +444,10 @@ def _check_methods(given: Any) -> Mapping[str, Reactive]:
     remedy = "a dict of name to law, such as moving.methods()"
     checks.instance("given", given, Mapping, remedy)  # type: ignore[type-abstract]
     for name, law in given.items():
-        try:
-            start = law.start if starts(law) else None
-            checks.function("start", start, "", None, None, None, None)
-        except InvalidParameter:
+        if not is_reactive(law):
             raise InvalidParameter(
                 f"given has {checks.shown(law)} for {checks.shown(name)}; give {remedy}"
-            ) from None
+            )
     return given
 
 

@@ -43,7 +43,7 @@ STANDING_CORNERS = 16
 BUDGET, SEED = 48, 19
 
 #: Scenes in which the noise is varied, and the methods for which it makes no difference.
-NOISY_SCENES, UNSEEING = 200, (moving.OFFLINE, "nothing")
+NOISY_SCENES, UNSEEING = 200, (moving.OFFLINE, moving.BLIND)
 
 #: What searches begin with, besides the reactive laws' gains in worlds that stand still.
 FIRST = {
@@ -215,7 +215,7 @@ def main():
     told = parser.parse_args()
     if told.quick:
         print_ticks((10,), 1, 3)
-        print_tables(moving.compare([0], {"nothing": moving.methods()["nothing"]}))
+        print_tables(moving.compare([0], {moving.BLIND: moving.methods()[moving.BLIND]}))
         return
     if told.tune:
         tune()
